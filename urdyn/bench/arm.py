@@ -1,4 +1,4 @@
-"""Whole virtual arms: commissioned, recorded, and what tracked histories are worth against them."""
+"""Whole virtual arms, commissioned and recorded, and the errors of histories tracked on them."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ from urdyn.tracking.physical import JOINT
 from urdyn.twin import Twin
 from urdyn.types import Array, Log
 
-COMMISSIONING = 12.0  # [s] bare, and as long with a payload of known mass, which tells the gains
+COMMISSIONING = 12.0  # [s] bare, and as long with a known payload, which identifies the gains
 PAYLOAD = Payload(5.0, np.array([0.0, 0.02, 0.06]))
-SETTLED = 0.5  # [-] of the run, of which the errors are told
-NEAR = 1.3  # [-] of the error of the second half: converged where it stays below
+SETTLED = 0.5  # [-] of the run, after which errors count
+NEAR = 1.3  # [-] of the second half's error: converged once it stays below
 QUANTITIES = {
     "k": ("zero", "rad"),
     "m": ("mass", "kg"),
@@ -68,13 +68,13 @@ class Tracked:
 
 @dataclass(frozen=True)
 class Group:
-    """Errors of one group of parameters over arms, joints or links, and the second half of runs."""
+    """Errors of a group of parameters, over arms, joints or links, and the second half of runs."""
 
     symbol: str
     unit: str
     rmse: float
     bound: float
-    ratio_sd: float | None  # by which the ratio scatters from so many arms to others; one: unknown
+    ratio_sd: float | None  # standard error over arms; None: one arm
     converged: float | None  # [s] until the error stays near that of the second half
 
     @property
@@ -86,8 +86,8 @@ class Group:
 def virtual_run(folder: Path, duration: float, rate: float, seed: int = 1) -> VirtualArm:
     """A UR10e of this seed, identified from its commissioning, then recorded for `duration` [s].
 
-    On another day, and it strays meanwhile: both are drawn from what its twin takes for its prior,
-    for only so do the twin's own standard deviations bound the mean square error.
+    The recording is on another day, and the arm strays during it: both are drawn from its twin's
+    prior, so that the twin's own standard deviations bound the mean square error.
     """
     arm, dynamics = load_arm("ur10e"), virtual_arm(load_arm("ur10e"), seed)
     bare, _ = simulate(arm, COMMISSIONING, rate, seed)
@@ -106,7 +106,7 @@ def virtual_run(folder: Path, duration: float, rate: float, seed: int = 1) -> Vi
 
 
 def _truth(dynamics: Dynamics, fit: Fit, life: Life) -> Log:
-    """Every quantity by the name that a history has, as it has it: of links all that is there."""
+    """Every quantity, named and defined as in a history; for links, the whole mass."""
     at, arm = life.currents.places, dynamics.arm
     states = commissioned_states(dynamics, fit, life.currents) + life.x
     found: dict[str, Array] = {}
@@ -124,8 +124,8 @@ def _truth(dynamics: Dynamics, fit: Fit, life: Life) -> Log:
 def groups(runs: Sequence[Tracked]) -> list[Group]:
     """Errors of histories by Table I's groups.
 
-    The bound is what an extended Kalman filter says of its own error: Tichavsky's recursion with
-    the Jacobians taken along its estimate.
+    The bound is an extended Kalman filter's own standard deviation: Tichavsky's recursion with the
+    Jacobians taken along its estimate.
     """
     t = np.asarray(pq.read_table(runs[0].history)["t"])
     late = t - t[0] > SETTLED * (t[-1] - t[0])
@@ -142,7 +142,7 @@ def groups(runs: Sequence[Tracked]) -> list[Group]:
 
 
 def _errors(run: Tracked, quantity: str, t: Array) -> tuple[Array, Array]:
-    """Of every joint or link, and their bound, at stamps t, (N, d) each."""
+    """Errors of every joint or link, and their bound, at stamps t, (N, d) each."""
     true, mine, best = run.truth, pq.read_table(run.history), pq.read_table(run.bound)
     names = [n for n in true.channels if n.endswith(f".{quantity}")]
     found = np.stack([np.interp(t, mine["t"], mine[n]) for n in names], axis=1)

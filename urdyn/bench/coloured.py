@@ -1,10 +1,10 @@
-"""The model with its noise as it truly is: for a bound that owes nothing to what a filter learnt.
+"""The model with its true noise, for a bound that is independent of what a filter learnt.
 
-Every band of the sensors' noise is a state of its own, or two where it swings,
+Every band of the sensors' noise is a state of its own, or two where it oscillates,
 
     s' = keep (cos w, -sin w; sin w, cos w) s + sqrt(1 - keep²) sd w,    y = observe(x) + s + white
 
-in place of the slow state by which a filter allows for them.
+in place of the slow state with which a filter allows for them.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ from urdyn.types import Array, Gaussian, Mask
 
 @dataclass(frozen=True, eq=False)
 class Coloured:
-    """A `TwoSlice`: a robot's, and the noise of its sensors behind it."""
+    """A `TwoSlice`: a robot's states, followed by its sensors' noise."""
 
     model: Joined[RobotSlice]
-    slow: slice  # states of the model that are a filter's own allowance
+    slow: slice  # states of the model with which a filter allows for slow noise
     sensors: Sensors
-    step: float  # [s] from row to row
+    step: float  # [s] between rows
 
     @cached_property
     def _floor(self) -> Array:
-        """White noise beside the bands, (J,) [A] sd."""
+        """White noise outside the bands, (J,) [A] sd."""
         left = 1.0 - sum((b.share for b in self.sensors.bands), 0.0 * self.sensors.current_noise)
         return np.asarray(self.sensors.current_noise * np.sqrt(np.maximum(left, 1e-4)))
 
     @cached_property
     def _noise(self) -> tuple[Array, Array, Array]:
-        """F (b, b), variances (b,) and which current each state is seen in, (J, b)."""
+        """F (b, b), variances (b,) and the current in which each state shows, (J, b)."""
         J, blocks = len(self._floor), [self._block(band) for band in self.sensors.bands]
         sizes = [len(F) for F, _ in blocks for _ in range(J)]
         F, variance = np.zeros((sum(sizes),) * 2), np.zeros(sum(sizes))
@@ -51,7 +51,7 @@ class Coloured:
         return F, variance, seen
 
     def _block(self, band: Band) -> tuple[Array, Array]:
-        """One joint's F, and the variance of every joint, (J,)."""
+        """One joint's F, and the variances of all joints, (J,)."""
         keep, turn = np.exp(-self.step / band.time), 2.0 * np.pi * band.frequency * self.step
         power = self.sensors.current_noise**2 * band.share
         if not band.frequency:
@@ -61,12 +61,12 @@ class Coloured:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The model's, then the noise's."""
+        """Names of the model's states, then of the noise's."""
         return (*self.model.names, *(f"noise_{k}" for k in range(len(self._noise[1]))))
 
     @cached_property
     def prior(self) -> Gaussian:
-        """The model's, and noise that has been going on for ever."""
+        """The model's prior, and stationary noise."""
         n, variance = len(self.model.names), self._noise[1]
         cov = np.zeros((n + len(variance),) * 2)
         cov[:n, :n] = self.model.prior.cov
@@ -75,7 +75,7 @@ class Coloured:
 
     @cached_property
     def linear(self) -> Mask:
-        """The model's; noise adds."""
+        """The model's; noise is linear."""
         return np.concatenate([self.model.linear, np.ones(len(self._noise[1]), dtype=bool)])
 
     @property
@@ -85,7 +85,7 @@ class Coloured:
 
     @property
     def still(self) -> bool:
-        """Noise never stands still."""
+        """False: noise always moves."""
         return False
 
     def _parts(self, x: Array) -> tuple[Array, Array]:
@@ -107,7 +107,7 @@ class Coloured:
         return F
 
     def transition_cov(self, u: RobotSlice) -> Array:
-        """Noise of a row, which is one band's whatever the time since the last."""
+        """Process noise of a slice; that of the bands is for one step, whatever u.dt."""
         n, (F, variance, _) = len(self.model.names), self._noise
         Q = np.zeros((len(self.names),) * 2)
         Q[:n, :n] = self.model.transition_cov(u)
@@ -115,7 +115,7 @@ class Coloured:
         return Q
 
     def observe(self, x: Array, u: RobotSlice) -> Array:
-        """Currents and what disturbs them, (..., J) [A]."""
+        """Currents with their noise, (..., J) [A]."""
         x, noise = self._parts(x)
         return np.asarray(self.model.observe(x, u) + noise @ self._noise[2].T)
 
@@ -127,5 +127,5 @@ class Coloured:
         return np.concatenate([H, seen], axis=-1)
 
     def observe_cov(self, u: RobotSlice) -> Array:
-        """What is white, (J, J)."""
+        """Covariance of the white noise, (J, J)."""
         return self.model.observe_cov(replace(u, noise=self._floor))

@@ -1,4 +1,4 @@
-"""Faults of every kind on a virtual arm at work, and what is told of them."""
+"""Faults of every kind on a virtual arm at work, and the findings."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from urdyn.simulate import Sensors
 
 DURATION, ONSET, RATE = 90.0, 30.0, 100.0  # [s], [s], [Hz]
-# One fault of each kind, large enough to be found in a minute: which, where and when follow.
+# One fault of each kind, large enough to be found in a minute; joints and times are filled in.
 FAULTS = {
     "friction_increase": "friction_increase:joint={j},onset={t},rate=0.4,shape=step",
     "health_degradation": "health_degradation:joint={j},onset={t},rate=0.15,shape=step",
@@ -48,26 +48,26 @@ PAIRS = (
     ("collision", "friction_increase"),
 )
 Fault = tuple[str, int | None]  # a kind and its joint
-Sets = tuple[tuple[str, ...], ...]  # kinds that are there at once
+Sets = tuple[tuple[str, ...], ...]  # kinds that are present at once
 ALONE: Sets = ((), *((kind,) for kind in FAULTS))
-PROBED = "joint_backlash"  # shows where the load turns over quickly: its joint goes to and fro
+PROBED = "joint_backlash"  # shows where the load changes sign quickly: its joint moves to and fro
 NOTHING = "nothing"
 BINS = (0.0, 0.5, 0.8, 0.95, 0.985, 1.01)  # [-] of confidence
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What was wrong in a run, and all that was told, in the order of alarm."""
+    """The faults of a run, and all findings in the order of alarm."""
 
     truth: tuple[Fault, ...]
     told: tuple[Fault, ...]
-    confidence: tuple[float, ...]  # [-] of each that was told
-    delays: tuple[float, ...]  # [s] from the onset to the alarm of each; < 0: nothing was wrong yet
-    hidden: tuple[Fault, ...] = ()  # of the truth, what its motion cannot show
+    confidence: tuple[float, ...]  # [-] of each finding
+    delays: tuple[float, ...]  # [s] from the onset to each finding's alarm; < 0: before the onset
+    hidden: tuple[Fault, ...] = ()  # true faults that the motion cannot show
 
     @property
     def found(self) -> dict[Fault, int]:
-        """Of each fault that was told since it is there, the first place in `told`."""
+        """For each fault found after its onset, the first index in `told`."""
         places: dict[Fault, int] = {}
         for place, (fault, delay) in enumerate(zip(self.told, self.delays, strict=True)):
             if fault in self.truth and delay >= 0.0:
@@ -76,23 +76,23 @@ class Trial:
 
     @property
     def wrong(self) -> list[int]:
-        """Places in `told` of all else: no such fault, before it was there, or told again."""
+        """Indices in `told` of all others: no such fault, before its onset, or repeated."""
         found = self.found.values()
         return [place for place in range(len(self.told)) if place not in found]
 
     @property
     def delay(self) -> float | None:
-        """[s] until a fault was found; None: none was."""
+        """Time until a fault was found [s]; None: none was."""
         return min((self.delays[place] for place in self.found.values()), default=None)
 
     @property
     def right(self) -> bool:
-        """Every fault was found, on its joint, and nothing else."""
+        """Whether every fault was found, on its joint, and nothing else."""
         return len(self.found) == len(self.truth) == len(self.told)
 
 
 def commissioned(robot: str, seed: int, sensors: Sensors) -> tuple[Dynamics, Fit]:
-    """A virtual arm, and the twin that forty seconds make of it."""
+    """A virtual arm, and its twin from forty seconds of commissioning."""
     arm = load_arm(robot)
     dynamics = virtual_arm(arm, seed)
     rng = np.random.default_rng([seed, 0])
@@ -104,7 +104,7 @@ def commissioned(robot: str, seed: int, sensors: Sensors) -> tuple[Dynamics, Fit
 def trials(
     dynamics: Dynamics, fit: Fit, sensors: Sensors, runs: int, seed: int, sets: Sets
 ) -> Iterator[Trial]:
-    """As many runs of each set of kinds."""
+    """`runs` trials of each set of kinds."""
     for k in range(runs * len(sets)):
         rng = np.random.default_rng([seed, k])
         yield _trial(dynamics, fit, sensors, sets[k % len(sets)], rng)
@@ -136,7 +136,7 @@ def _trial(
 
 
 def _fault(kind: str, joint: int, rng: np.random.Generator) -> tuple[str, int | None]:
-    """A fault as `urdyn simulate` has it, and the joint that is to be told."""
+    """A fault as `urdyn simulate` takes it, and the joint that is to be reported."""
     force = rng.standard_normal(3)
     force *= rng.uniform(80.0, 200.0) / np.linalg.norm(force)
     link, gravity = int(rng.integers(3, 6)), int(rng.integers(1, 3))
@@ -151,7 +151,7 @@ def _fault(kind: str, joint: int, rng: np.random.Generator) -> tuple[str, int | 
 
 
 def counted(done: list[Trial]) -> Kinds:
-    """How often each true kind was told as which, on the right joint or on another."""
+    """How often each true kind was reported as which, on the right joint or on another."""
     truth = [*FAULTS, NOTHING]
     told = [*FAULTS, "another joint", NOTHING]
     counts = np.zeros((len(truth), len(told)), dtype=np.int64)
@@ -162,9 +162,9 @@ def counted(done: list[Trial]) -> Kinds:
 
 
 def _pairs(trial: Trial) -> Iterator[tuple[str, str]]:
-    """True kind and told one, of every fault, then of every finding that none accounts for.
+    """True and reported kind of every fault, then of every finding without a fault.
 
-    What was missed is taken for the first that is told of a fault which is not there.
+    A missed fault is paired with the first finding of a fault that is not present.
     """
     wrong = trial.wrong
     shadows = [k for k in wrong if trial.told[k] not in trial.truth and trial.delays[k] >= 0.0]
@@ -184,7 +184,7 @@ def _pairs(trial: Trial) -> Iterator[tuple[str, str]]:
 
 
 def on_arm(done: list[Trial], kind: str, name: str) -> OnArm:
-    """What came of a kind; `name` is what it is called there."""
+    """Results for a kind of fault, with its display `name`."""
     broken = [(t, fault) for t in done for fault in t.truth if fault[0] == kind]
     found = [
         (t.delays[t.found[fault]], t.confidence[t.found[fault]])
@@ -206,7 +206,7 @@ def on_arm(done: list[Trial], kind: str, name: str) -> OnArm:
 
 
 def named(done: list[Trial]) -> dict[str, list[int]]:
-    """By kind, findings that had the right kind and joint, and all."""
+    """By reported kind, the number of right findings (kind and joint), and of all."""
     counts = {kind: [0, 0] for kind in FAULTS}
     for trial in done:
         for place, (kind, _) in enumerate(trial.told):
@@ -216,7 +216,7 @@ def named(done: list[Trial]) -> dict[str, list[int]]:
 
 
 def reliability(done: list[Trial]) -> list[tuple[float, float, int]]:
-    """How confident findings were, which share of them was right, and how many, by BINS."""
+    """Mean confidence of findings, share that was right, and number, by BINS."""
     each = [
         (confidence, place in trial.found.values())
         for trial in done

@@ -1,4 +1,4 @@
-"""Healthy streams, kind and nasty: what a promise about false alarms is tried on."""
+"""Healthy streams, benign and adverse, to test a guarantee on false alarms."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from urdyn.types import Array
 
 @dataclass(frozen=True)
 class Noise:
-    """Of unit spread before outliers and `scale`."""
+    """Noise of unit standard deviation before outliers and `scale`."""
 
     colour: float = 0.0  # of an AR(1)
     student: bool = False  # t with three degrees of freedom
     outliers: float = 0.0  # share of the steps, of six sigma
-    scale: float = 1.0  # on the day of judgement; 1 on that of the baseline
+    scale: float = 1.0  # on the day of the test; 1 on that of the baseline
     skewed: bool = False  # exponential
-    restless: float = 0.0  # by so much its sigma is more for 30 steps, less for the next 30
-    swing: float = 0.0  # amplitude of a sine of 1000 steps, whose phase is anyone's
+    restless: float = 0.0  # its sigma is higher by this for 30 steps, lower for the next 30
+    swing: float = 0.0  # amplitude of a sine of period 1000 steps with random phase
 
     def draw(self, rng: np.random.Generator, steps: int, runs: int, scale: float = 1.0) -> Array:
-        """(steps, runs)."""
+        """A sample, (steps, runs)."""
         lead = 200
         w = self._driving(rng, (steps + lead, runs)) * np.sqrt(1.0 - self.colour**2)
         for t in range(1, len(w) if self.colour else 0):
@@ -36,7 +36,7 @@ class Noise:
         return np.asarray(scale * y)
 
     def _driving(self, rng: np.random.Generator, size: tuple[int, int]) -> Array:
-        """White, of unit spread but where it is restless, (steps, runs)."""
+        """White noise, of unit sd unless `restless`, (steps, runs)."""
         if self.skewed:
             w = rng.exponential(1.0, size) - 1.0
         elif self.student:

@@ -1,8 +1,8 @@
-"""Many lives of the paper's eq. 5 to 7, and what every detector makes of them.
+"""Many lives by the paper's eq. 5 to 7, and every detector's performance on them.
 
-Runs are streams side by side: a promise of one alarm in N steps over R of them is one in N R over
-each. What counts is growth over noise, so lives are judged in units of their sigma, and one
-baseline serves all levels of noise.
+Runs are parallel streams: a guarantee of one alarm in N steps over R of them is one in N R for
+each. Only growth relative to noise counts, so lives are in units of their sigma, and one baseline
+serves all noise levels.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ PREDICTED_AT = (25, 40)  # [steps] after the onset
 
 @dataclass(frozen=True)
 class Trials:
-    """So many lives of each kind, a multiple of the number of joints."""
+    """`runs` lives of each kind, a multiple of the number of joints."""
 
     runs: int
     seed: int = 0
@@ -66,16 +66,16 @@ class Trials:
 
     @cached_property
     def baseline(self) -> Baseline:
-        """What healthy looks like, learnt for each run."""
+        """The healthy baseline, learnt for each run."""
         return learn_baseline(self.healthy[0])
 
     def arms(self, scenario: paper.Scenario, lives: int) -> Array:
-        """All joints' parameters as seen [sigma], (N, lives, J); a rise whichever the fault."""
+        """All joints' parameters as measured [sigma], (N, lives, J); any fault makes them rise."""
         rng = np.random.default_rng(self.seed + 1)
         return np.stack([_seen(paper.live(scenario, rng), scenario) for _ in range(lives)], axis=1)
 
     def detectors(self, ratio: float) -> dict[str, Detector[Any]]:
-        """All that keep a promise or try to."""
+        """All detectors, at the guaranteed false alarm rate where they have one."""
         each = PROMISE / self.runs
         warning, critical = (ratio * (x - paper.ONSET) for x in (60, 80))
         return {
@@ -88,9 +88,9 @@ class Trials:
 
 
 def _seen(life: paper.Life, scenario: paper.Scenario) -> Array:
-    """What wears, beside its healthy value [sigma], (N, J): friction by eq. 7, or lost health.
+    """Deviation of what wears from its healthy value [sigma], (N, J): friction, or lost health.
 
-    Velocity is 1 throughout.
+    Friction is by eq. 7, at velocity 1 throughout.
     """
     if scenario.health_rate:
         return (scenario.health - life.indicator) / scenario.sigma
@@ -101,7 +101,7 @@ def first_alarms(detector: Detector[Any], series: Array, each: int = 1) -> Array
     """Row of each run's first alarm; the series' length where there is none.
 
     Args:
-        series: (N, runs * each): so many streams beside each other are one run.
+        series: (N, runs * each): each run consists of `each` adjacent streams.
     """
     steps, streams = series.shape
     state, first = detector.init(streams), np.full(streams // each, steps)
@@ -113,11 +113,11 @@ def first_alarms(detector: Detector[Any], series: Array, each: int = 1) -> Array
 
 
 def rated(trials: Trials, levels: tuple[float, ...] = paper.NOISE_LEVELS) -> Iterator[Row]:
-    """Every detector on every fault at every level of noise."""
+    """Every detector on every fault at every noise level."""
     quiet = {
         name: first_alarms(detector, trials.healthy[1])
         for name, detector in trials.detectors(1.0).items()
-        if name != AS_PUBLISHED  # whose thresholds depend on the noise
+        if name != AS_PUBLISHED  # its thresholds depend on the noise
     }
     together = Whitened(
         trials.baseline, ShiryaevRoberts(PROMISE * paper.JOINTS / trials.runs, side=1.0)
@@ -132,7 +132,7 @@ def rated(trials: Trials, levels: tuple[float, ...] = paper.NOISE_LEVELS) -> Ite
 def _rows(
     trials: Trials, fault: str, scenario: paper.Scenario, quiet: dict[str, Array]
 ) -> Iterator[Row]:
-    """One fault at one level of noise; the oracle first."""
+    """One fault at one noise level; the oracle first."""
     ratio = max(scenario.friction_rate, scenario.health_rate) / scenario.sigma
     arms = trials.arms(scenario, trials.runs)
     series, calm = arms[:, :, paper.WORN], trials.healthy[1]
@@ -158,9 +158,9 @@ def _rows(
 
 
 def _outcome(first: Array, series: Array) -> tuple[float, float, int]:
-    """Share found in time, mean delay [steps] and number, of lives without an alarm before onset.
+    """Share found in time, mean delay [steps], and number of lives without alarm before onset.
 
-    NaN where none is left.
+    NaN where there are none.
     """
     told = first[first >= paper.ONSET] + 1 - paper.ONSET
     if not len(told):
@@ -172,19 +172,19 @@ def _outcome(first: Array, series: Array) -> tuple[float, float, int]:
 
 
 def _rate(first: Array) -> float:
-    """Alarms in 1000 healthy steps: those that came, over the steps waited for them."""
+    """Alarms per 1000 healthy steps: their number over the steps up to them."""
     return 1000.0 * float((first < STEPS).sum()) / float(np.minimum(first + 1, STEPS).sum())
 
 
 def kept(runs: int, seed: int) -> Iterator[Kept]:
-    """The promise on every kind of noise."""
+    """The guarantee under every kind of noise."""
     for name, noise in NOISES.items():
         rng = np.random.default_rng(seed)
         yield Kept(name, alarmed(noise, runs, rng), 1.0 - float(np.exp(-STEPS / PROMISE)), runs)
 
 
 def alarmed(noise: Noise, runs: int, rng: np.random.Generator) -> float:
-    """Share of healthy runs with an alarm, each after a baseline of its own."""
+    """Share of healthy runs with an alarm, each with its own baseline."""
     baseline = learn_baseline(noise.draw(rng, STEPS, runs))
     detector = Whitened(baseline, ShiryaevRoberts(PROMISE / runs))
     first = first_alarms(detector, noise.draw(rng, STEPS, runs, noise.scale))
@@ -192,7 +192,7 @@ def alarmed(noise: Noise, runs: int, rng: np.random.Generator) -> float:
 
 
 def predicted(trials: Trials, sigmas: tuple[float, ...] = (0.01, 0.05)) -> Iterator[Predicted]:
-    """Forecasts of the critical crossing against what comes."""
+    """Forecasts of the critical crossing compared with the truth."""
     for sigma in sigmas:
         scenario = replace(paper.FRICTION_INCREASE, sigma=sigma, motion="steady")
         series = trials.arms(scenario, trials.runs)[:, :, paper.WORN]
@@ -210,7 +210,7 @@ def predicted(trials: Trials, sigmas: tuple[float, ...] = (0.01, 0.05)) -> Itera
 
 
 def figure4(seed: int, sigma: float = 0.025) -> Foreseen:
-    """One life: truth, the paper's filter, ours, and when the end was expected."""
+    """One life: truth, the paper's filter, ours, and the expected end."""
     scenario = replace(paper.FRICTION_INCREASE, sigma=sigma, motion="steady")
     rng = np.random.default_rng(seed)
     calm = replace(paper.HEALTHY, sigma=sigma, motion="steady", steps=STEPS)
@@ -234,7 +234,7 @@ def figure4(seed: int, sigma: float = 0.025) -> Foreseen:
 
 
 def _friction(life: paper.Life) -> Array:
-    """Of the worn joint as eq. 7 shows it with known damping, (N, 1) [A s/rad]."""
+    """Friction of the worn joint by eq. 7 with known damping, (N, 1) [A s/rad]."""
     j = paper.WORN
     return ((life.current - life.damping) / life.velocity)[:, j : j + 1]
 

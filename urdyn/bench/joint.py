@@ -1,7 +1,7 @@
-"""The worn joint of the paper's scenario under every filter, beside the bound.
+"""The worn joint of the paper's scenario under every filter, compared with the bound.
 
-Friction f and damping alpha are seen in the current (eq. 7), health z by its own sensor; nothing
-links the two, so they are two models. The bound is that of a filter that is told the onset.
+Friction f and damping alpha show in the current (eq. 7), health z in its own sensor; nothing links
+the two, so they are two models. The bound is for a filter that is told the onset.
 """
 
 from __future__ import annotations
@@ -54,14 +54,14 @@ class Moment:
     """A step of the scenario."""
 
     velocity: float  # [rad/s]
-    widen: bool  # the bound is told that a ramp begins after this step
+    widen: bool  # tells the bound that a ramp begins after this step
     dt: float = 1.0  # [step]
-    roughly: None = None  # and nobody knows how steep
+    roughly: None = None  # its slope is unknown
 
 
 @dataclass(frozen=True)
 class Followed:
-    """How well a parameter of the scenario was followed."""
+    """How well a parameter of the scenario was tracked."""
 
     symbol: str
     filter: str
@@ -69,7 +69,7 @@ class Followed:
     rmse: float  # over lives and steps, in the scenario's units
     bound: float
     converged: int | None  # steps until the error stays below the paper's; None: never
-    ms: float  # processor time of an update
+    ms: float  # processor time per update
 
     @property
     def ratio(self) -> float:
@@ -78,7 +78,7 @@ class Followed:
 
 
 def follow_friction(scenario: Scenario, lives: int, seed: int = 0) -> list[Followed]:
-    """f and alpha by the paper's filters on its random walk, and by the bank."""
+    """f and alpha tracked by the paper's filters on its random walk, and by the bank."""
     lived = _lived(scenario, lives, seed)
     still, seen = _still(("f", "alpha"), FRICTION), _current(scenario.sigma)
     steepest = min(STEEPEST_FRICTION, 0.5 * scenario.sigma)
@@ -94,7 +94,7 @@ def follow_friction(scenario: Scenario, lives: int, seed: int = 0) -> list[Follo
 
 
 def follow_health(scenario: Scenario, lives: int, seed: int = 0) -> list[Followed]:
-    """z by the bank."""
+    """z tracked by the bank."""
     lived = _lived(scenario, lives, seed)
     still = _still(("z",), HEALTH)
     seen = AffineObservation[Moment](1, lambda _: np.eye(1), scenario.sigma**2 * np.eye(1))
@@ -116,7 +116,7 @@ class _Way:
     def follow(
         self, scenario: Scenario, lived: Sequence[Life], bound: dict[str, Array]
     ) -> list[Followed]:
-        """Every parameter that has a bound, (lives, N)."""
+        """Track every parameter that has a bound, (lives, N)."""
         begin = time.process_time()
         tracks = [
             track(self.filter, self.model, _moments(life, scenario), _seen(life, bound))
@@ -140,13 +140,13 @@ def _lived(scenario: Scenario, lives: int, seed: int) -> list[Life]:
 
 
 def _still(names: tuple[str, ...], prior: Gaussian) -> Trend:
-    """Nothing drifts; the first has a rate, for what may begin."""
+    """A process without drift; the first parameter has a rate, for a ramp that may begin."""
     none = np.zeros(1)
     return Trend(names, prior, np.zeros(len(names)), np.array([0]), none, none)
 
 
 def _walk(sigma: float) -> RandomWalk:
-    """The paper's process, of the diffusion that makes its gain."""
+    """The paper's process, with the diffusion that gives its gain."""
     diffusion = PAPER_GAIN / np.sqrt(1.0 - PAPER_GAIN) * sigma
     return RandomWalk(("f", "alpha"), FRICTION, np.full(2, diffusion))
 
@@ -179,7 +179,7 @@ def _moments(life: Life, scenario: Scenario) -> list[Moment]:
 
 
 def _seen(life: Life, bound: dict[str, Array]) -> Array:
-    """What the sensor of these parameters said, (N, 1)."""
+    """Readings of these parameters' sensor, (N, 1)."""
     return (life.indicator if "z" in bound else life.current)[:, [WORN]]
 
 
@@ -189,7 +189,7 @@ def _truth(life: Life, symbol: str) -> Array:
 
 
 def _converged(error: Array, level: float) -> int | None:
-    """Steps after which the root mean square over lives of the error, (lives, N), stays below."""
+    """Steps after which the RMS error (lives, N) over lives stays below `level`."""
     far = np.sqrt(np.mean(error**2, axis=0)) > level
     last = int(np.flatnonzero(far)[-1]) + 1 if far.any() else 0
     return None if last == len(far) else last

@@ -1,5 +1,5 @@
-"""How a true arm strays while it works: as the twin's own process says, for only so does a 90 %
-interval have something to cover nine times in ten.
+"""How a true arm strays while it works: by the twin's own process, since only then should a 90 %
+interval cover the truth nine times in ten.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from urdyn.simulate.schedule import Course
 from urdyn.tracking.model import DAY
 from urdyn.types import Array
 
-STEP = 0.5  # [s] from one drawn state to the next; straight lines between
-MOVED = ("k", "z", "kappa", "lubricant")  # groups that have left their mean when the log begins
-HELD = ("beta", "o")  # groups that no course moves: all day as they are when it begins
+STEP = 0.5  # [s] between drawn states, with linear interpolation
+MOVED = ("k", "z", "kappa", "lubricant")  # groups that are off their mean when the log begins
+HELD = ("beta", "o")  # groups that a course cannot change: constant over the log
 
 
 @dataclass(frozen=True, eq=False)
 class Life:
-    """An event: how far every state is from where the arm was commissioned."""
+    """An event: every state's deviation from the commissioned arm."""
 
     begin: float  # [s]
     t: Array  # (M,) [s] since
-    x: Array  # (M, n) f, alpha, beta, o and rotors from the commissioned arm's; the others whole
+    x: Array  # (M, n) f, alpha, beta, o and rotors relative to the commissioned; others absolute
     currents: RobotCurrents
 
     @property
     def onset(self) -> float:
-        """Before which nothing has strayed [s]."""
+        """Time before which nothing strays [s]."""
         return self.begin
 
     def at(self, t: Array | float) -> Array:
@@ -44,7 +44,7 @@ class Life:
         return np.stack(rows, axis=-1)
 
     def on_the_day(self, dynamics: Dynamics) -> Dynamics:
-        """The commissioned arm, with HELD as they are when this life begins."""
+        """The commissioned arm, with HELD groups as they are when this life begins."""
         drive, at, x = dynamics.drive, self.currents.places, self.x[0]
         structural = drive.structural * np.exp(x[at["beta"]])
         return replace(
@@ -52,7 +52,7 @@ class Life:
         )
 
     def befall(self, course: Course) -> Course:
-        """Friction, damping, health and zeros; a lubricant's own warmth softens what it wets."""
+        """Change friction, damping, health and zeros; the lubricant's own warmth lowers damping."""
         at, x = self.currents.places, self.at(course.t - self.begin)
         x = np.where((course.t >= self.begin)[:, None], x, 0.0)
         softer = x[:, at["kappa"]] * x[:, at["lubricant"]]
@@ -70,8 +70,8 @@ def drawn(
 ) -> Life:
     """One life of the model's process from `begin` [s] on, its first state drawn from the prior.
 
-    But for what the fit knows of the arm, whose draw the arm itself is, and the payload: there is
-    none.
+    Except for what the fit estimates, as the arm itself is that draw, and for the payload, of which
+    there is none.
     """
     currents = model.observation
     assert isinstance(currents, RobotCurrents)
@@ -86,7 +86,7 @@ def drawn(
         x[at[group]] = one * spread * rng.standard_normal(at[group].stop - at[group].start)
     rates = slice(len(currents.names), None)
     x[rates] = rng.multivariate_normal(0.0 * x[rates], model.prior.cov[rates, rates])
-    # Of an exact square root, for Q has states in it that never move.
+    # An exact square root, since Q is singular: some states never move.
     variance, ways = np.linalg.eigh(model.transition_cov(u))
     root = ways * np.sqrt(np.maximum(variance, 0.0))
     t = np.arange(0.0, duration + 2.0 * STEP, STEP)
@@ -99,7 +99,7 @@ def drawn(
 
 
 def commissioned_states(dynamics: Dynamics, fit: Fit, currents: RobotCurrents) -> Array:
-    """States of the arm as it was commissioned, and of rates (n,), seen from the fit."""
+    """States and rates of the commissioned arm, (n,), relative to the fit."""
     drive, at = dynamics.drive, currents.places
     x = np.zeros(len(currents.names) + 2 * dynamics.arm.joints)
     for group, value in (
@@ -111,7 +111,7 @@ def commissioned_states(dynamics: Dynamics, fit: Fit, currents: RobotCurrents) -
         x[at[group]] = np.log(value)
     x[at["o"]] = drive.offset
     x[at["skew"]] = drive.time_offset - fit.dynamics.drive.time_offset
-    # Of bodies only what torque tells, whatever other bodies would do the same.
+    # For bodies, only what shows in torque.
     arm = fit.dynamics.arm
     Y = arm.regressor(*generic_moments(arm)).reshape(-1, 10 * arm.joints)
     other = (dynamics.inertials - fit.dynamics.inertials).ravel()
@@ -120,7 +120,7 @@ def commissioned_states(dynamics: Dynamics, fit: Fit, currents: RobotCurrents) -
 
 
 def _passing(currents: RobotCurrents) -> RobotSlice:
-    """STEP of time at rest, beside sensors of temperature."""
+    """A slice of STEP at rest, with temperatures measured."""
     J = currents.reference.arm.joints
     nothing = np.zeros(J)
     unknown = np.full(J, np.nan)

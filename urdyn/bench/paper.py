@@ -1,4 +1,4 @@
-"""What the paper reports in its Tables I to IV. It gives no units for its errors."""
+"""The results in the paper's Tables I to IV. It gives no units for its errors."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class PaperGroup:
-    """A row of Table I, and what its number can be set beside."""
+    """A row of Table I, and what its number can be compared with."""
 
     symbol: str
     name: str
@@ -22,7 +22,7 @@ class PaperAlgorithm:
 
     name: str
     rmse: float
-    ms: float  # an update
+    ms: float  # per update
     mb: float
 
 
@@ -32,7 +32,7 @@ class PaperFault:
 
     name: str
     found: float  # share of the faults
-    false: float  # "FP rate", of what it does not say
+    false: float  # "FP rate", without saying of what
     steps: float  # from onset to alarm
 
 
@@ -41,7 +41,7 @@ class PaperConfiguration:
     """A row of Table IV."""
 
     name: str
-    mode: str  # what `urdyn track` calls it
+    mode: str  # its name in `urdyn track`
     hz: float
     mb: float
 
@@ -77,6 +77,6 @@ CONFIGURATIONS = (
     PaperConfiguration("Simplified Model", "simplified", 35.6, 92.0),
     PaperConfiguration("Real-time Mode", "realtime", 48.2, 115.0),
 )
-LATE = 18  # its Figure 4: how many steps late the estimate is
-NOTICED, LOW = 38, 0.03  # the step at which it sees the fault, and how low it reads from then on
-SAID, AHEAD = 60, 20  # the step at which it forecasts, and the steps left to the critical level
+LATE = 18  # its Figure 4: lag of the estimate, in steps
+NOTICED, LOW = 38, 0.03  # the step at which it detects the fault; how far too low it reads after
+SAID, AHEAD = 60, 20  # the step of its forecast, and the steps it predicts to the critical level

@@ -1,4 +1,4 @@
-"""Ramps of eq. 5 seen through noise: the ready-made filter, the paper's, and the bounds."""
+"""Ramps of eq. 5 in noise: our filter, the paper's, and the bounds."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from urdyn.estimate import follow_ramp, ramp_bound
 from urdyn.simulate.paper import FRICTION_RATE, PAPER_GAIN, STEEPEST_FRICTION, WORN, Scenario, live
 from urdyn.types import Array, Gaussian, Mask
 
-RATIO = 1.3  # [-] of the bound, within which ramps are to be followed
-BIAS = 1e-3  # [A·s/rad] of late bias, which is to be less
-CLEAR = 0.05  # [A·s/rad] of noise, up to which it is to be
-ONSETS = (10, 60)  # drawn evenly between: nobody knows when
+RATIO = 1.3  # [-] of the bound, within which ramps are to be tracked
+BIAS = 1e-3  # [A·s/rad] upper limit of late bias
+CLEAR = 0.05  # [A·s/rad] noise up to which that limit applies
+ONSETS = (10, 60)  # drawn uniformly between these, unknown to the filter
 
 
 @dataclass(frozen=True)
@@ -25,13 +25,13 @@ class Ramps:
     sigma: float  # of a reading
     rmse: float
     paper_rmse: float  # of the paper's filter, as reconstructed
-    bound: float  # of a filter that is told the onset
-    bound_onset: float  # of one that has to find it
+    bound: float  # for a filter that is told the onset
+    bound_onset: float  # for one that has to estimate it
     bias: float  # mean error from the onset on
     bias_error: float  # its standard error over lives
     late_bias: float  # mean error from `LATE` steps after the onset on
     late_bias_error: float  # its standard error over lives
-    paper_bias: float  # of the paper's filter, then
+    paper_bias: float  # late bias of the paper's filter
     pairs: int  # of lives
 
     @property
@@ -41,16 +41,16 @@ class Ramps:
 
     @property
     def honest(self) -> bool:
-        """Near the bound, and the late bias, by its 95 % interval over lives, not beyond BIAS."""
+        """Near the bound, with a late bias not significantly beyond BIAS, at 95 % over lives."""
         sure = reach(self.pairs) * self.late_bias_error
         return self.ratio <= RATIO and (self.sigma > CLEAR or abs(self.late_bias) - sure < BIAS)
 
 
 def ramps(sigma: float, lives: int, seed: int = 0) -> Ramps:
-    """So many lives of a joint at constant speed, its level known to `sigma` before them.
+    """Lives of a joint at constant speed, whose level is known to `sigma` beforehand.
 
-    Bounds give the rate the variance of the filter's prior. Every second life mirrors the noise of
-    the one before, so that what is left of the mean error is bias.
+    In the bounds, the rate has the variance of the filter's prior. Every second life mirrors the
+    noise of the previous one, so that the remaining mean error is bias.
     """
     rng, steepest = np.random.default_rng(seed), min(STEEPEST_FRICTION, 0.5 * sigma)
     found, theirs, bounds, wide, since = [], [], [], [], []
@@ -87,14 +87,14 @@ def ramps(sigma: float, lives: int, seed: int = 0) -> Ramps:
 
 
 def _mean_error(error: Array, counted: Mask) -> tuple[float, float]:
-    """Mean over lives (K, N), two of which mirror each other, and its standard error."""
+    """Mean over lives (K, N), in mirrored pairs, and its standard error."""
     of_life = [e[c].mean() for e, c in zip(error, counted, strict=True)]
     of_pair = np.reshape(of_life, (-1, 2)).mean(axis=1)
     return float(of_pair.mean()), scatter(of_pair.tolist())
 
 
 def _smoothed(y: Array, start: float) -> Array:
-    """A random walk's filter in its steady state: what the paper's comes to, (N,)."""
+    """A random-walk filter in its steady state, equivalent to the paper's, (N,)."""
     estimate, found = start, []
     for reading in y:
         estimate += PAPER_GAIN * (reading - estimate)

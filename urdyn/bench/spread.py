@@ -1,11 +1,11 @@
-"""How far a figure over few arms can be trusted: arms are independent, what is within one is not.
+"""Uncertainty of figures over few arms: arms are independent, joints of one arm are not.
 
-A share p over arms of d joints each has Clopper and Pearson's interval of as many independent
-draws as would scatter like these arms [Korn1998]_,
+A share p over arms of d joints each has the Clopper-Pearson interval for as many independent draws
+as would scatter like these arms [Korn1998]_,
 
     n = min(arms d, p (1 - p) / var(p) (t(arms d - 1) / t(arms - 1))²)
 
-which is never a point: two arms that happen to agree have shown 2 d joints, not certainty.
+which is never a point: two arms that happen to agree show 2 d joints, not certainty.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from scipy.stats import t as student
 
 from urdyn.types import Array
 
-TWO_SIDED = 0.975  # [-] quantile of both ends of 95 % intervals
+TWO_SIDED = 0.975  # [-] quantile of the upper end of 95 % intervals
 
 
 def scatter(values: Sequence[float]) -> float:
-    """Standard deviation of their mean; NaN of one arm, which does not tell."""
+    """Standard error of the mean; NaN for one arm."""
     return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else np.nan
 
 
@@ -32,18 +32,18 @@ def rms(x: Array) -> float:
 
 
 def of_root(squares: Sequence[float]) -> float:
-    """Standard deviation of the root of a mean of squares, to first order."""
+    """Standard error of the root of a mean of squares, to first order."""
     root = float(np.sqrt(np.mean(squares)))
     return scatter(squares) / (2.0 * root) if root else np.nan
 
 
 def reach(arms: int) -> float:
-    """Standard deviations of a mean over so many arms to the end of its 95 % interval."""
+    """Half width of the 95 % interval of a mean over arms, in standard errors."""
     return float(student.ppf(TWO_SIDED, arms - 1)) if arms > 1 else np.inf
 
 
 def interval(shares: Sequence[float], each: int) -> tuple[float, float]:
-    """95 % interval of a share, of which every arm shows one over `each` joints; NaN of one arm."""
+    """95 % interval of a share, from each arm's share over `each` joints; NaN for one arm."""
     arms, share, sd = len(shares), float(np.mean(shares)), scatter(shares)
     if not np.isfinite(sd):
         return np.nan, np.nan

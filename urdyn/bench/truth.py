@@ -1,8 +1,8 @@
-"""Whether what a twin says of its own errors is true: virtual arms, identified and then tracked.
+"""Whether a twin's stated errors are true: virtual arms, identified and then tracked.
 
-The arm is drawn from the population that identification believes in, commissioned with its drive
-gains known, and strays while it is tracked as the twin's own process says. So the truth is drawn
-from what the filter takes for its prior, up to what identification made of the commissioning log.
+The arm is drawn from identification's population, commissioned with known drive gains, and strays
+by the twin's own process while it is tracked. So the truth is drawn from the filter's prior, as far
+as identification made that right.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ from urdyn.tracking.tracker import Tracker
 from urdyn.types import NORMAL90, Array, Gaussian
 
 COMMISSIONING = 25.0  # [s]
-MOMENTS = 5  # of the run, at which beliefs are set beside the truth
+MOMENTS = 5  # of the run, at which beliefs are compared with the truth
 SENSORS = {"white": typical_sensors, "real": real_sensors}
-STATES = ("k", "f", "alpha", "beta", "z", "o")  # beside m, of which few directions show
-COVERS = 0.03  # [-] by which coverage may be off
-COIN = 0.5  # [-] of coverage, from which arms have to tell what they are to judge
-NEAR = 1.06  # [-] of the bound: as near it as friction is to be
-TOLD = 0.25  # [-] of the population's variance: less, and a direction of m has been shown
+STATES = ("k", "f", "alpha", "beta", "z", "o")  # besides m, of which few directions show
+COVERS = 0.03  # [-] tolerance of coverage
+COIN = 0.5  # [-] coverage that arms must exclude for a verdict
+NEAR = 1.06  # [-] of the bound, required of friction
+TOLD = 0.25  # [-] of the population's variance, below which a direction of m counts as observed
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,21 +49,21 @@ class Trial:
     error: Array  # (M, d)
     sd: Array  # (M, d)
     bound: Array  # (M, d)
-    nees: Array  # (M, 2) normalised error squared, and how many directions it is of
+    nees: Array  # (M, 2) normalised error squared, and its number of directions
 
 
 @dataclass(frozen=True)
 class Trials:
     """One arm's run."""
 
-    groups: dict[str, Trial]  # by symbol; "mass" [kg] is that of links, "all" what is shown at all
-    nis: tuple[float, int]  # sum, and how many currents
+    groups: dict[str, Trial]  # by symbol; "mass" [kg] of links, "all": all observed directions
+    nis: tuple[float, int]  # sum, and number of currents
 
 
 def trials(
     robot: str, noise: str, seed: int, duration: float, rate: float, how: Filter[Any]
 ) -> Trials:
-    """One virtual arm, of this seed, tracked by `how` for `duration` [s]."""
+    """One virtual arm, with this seed, tracked by the filter `how` for `duration` [s]."""
     dynamics = virtual_arm(load_arm(robot), seed)
     sensors = SENSORS[noise](dynamics.arm)
     fit = _commissioned(dynamics, sensors, seed, rate)
@@ -121,7 +121,7 @@ def _bound(
 
 
 def _told(tracker: Tracker[Any], beliefs: list[Gaussian]) -> list[Gaussian]:
-    """With the doubt about what is taken for known, as quantities have it."""
+    """Beliefs with the uncertainty of what is assumed known added, as in quantities."""
     p, more = len(tracker.currents.names), np.zeros_like(beliefs[0].cov)
     more[:p, :p] = by_taken(tracker.fit, tracker.currents)
     return [Gaussian(belief.mean, belief.cov + more) for belief in beliefs]
@@ -130,7 +130,7 @@ def _told(tracker: Tracker[Any], beliefs: list[Gaussian]) -> list[Gaussian]:
 def _groups(
     currents: RobotCurrents, beliefs: list[Gaussian], truths: Array, bound: Array
 ) -> Iterator[tuple[str, Trial]]:
-    """Every group's errors, and those of all directions together that currents have shown."""
+    """Every group's errors, and those of all observed directions together."""
     at, n = currents.places, truths.shape[1]
     every: list[list[Array]] = [[] for _ in beliefs]
     for group in (*STATES, "m"):
@@ -159,7 +159,7 @@ def _nees(belief: Gaussian, truth: Array, rows: Array) -> tuple[float, int]:
 
 
 def _masses(tracker: Tracker[Any], beliefs: list[Gaussian], dynamics: Dynamics) -> Trial:
-    """Of links [kg]; what no motion shows of them is the prior's."""
+    """Errors of link masses [kg]; what no motion shows keeps its prior."""
     of = quantities(tracker.fit, tracker.currents)
     at = [of.names.index(f"{link}.mass") for link in dynamics.arm.link_names]
     told = np.array([np.stack(of.of(belief))[:, at] for belief in beliefs])
@@ -170,7 +170,7 @@ def _masses(tracker: Tracker[Any], beliefs: list[Gaussian], dynamics: Dynamics) 
 
 @dataclass(frozen=True)
 class Truth:
-    """A group's figures over arms and moments; NaN what one arm does not tell."""
+    """A group's figures over arms and moments; NaN where one arm is not enough."""
 
     symbol: str
     arms: int
@@ -178,15 +178,15 @@ class Truth:
     coverage_low: float  # [-] 95 % interval of coverage, see `spread`
     coverage_high: float
     ratio: float  # [-] root mean square error over bound
-    ratio_sd: float  # by which it scatters from one set of so many arms to another
-    nees: float  # [-] a direction
+    ratio_sd: float  # its standard error over arms
+    nees: float  # [-] per direction
     nees_sd: float
 
     @property
     def honest(self) -> bool | None:
-        """Whether intervals may cover as they say, and friction be as near as can be.
+        """Whether coverage may be as stated, and friction's error as near the bound as required.
 
-        False is refuted, by 95 % intervals over arms; None: these do not tell it from COIN.
+        False: refuted, by 95 % intervals over arms; None: these do not exclude COIN.
         """
         if not np.isfinite(self.coverage_low):
             return None
@@ -198,7 +198,7 @@ class Truth:
 
 
 def truths(runs: Sequence[Trials]) -> list[Truth]:
-    """Figures of every group; spreads are those of arms, which are independent of one another."""
+    """Figures of every group; spreads are over arms, which are independent."""
     return [_truth(symbol, [run.groups[symbol] for run in runs]) for symbol in runs[0].groups]
 
 
@@ -219,7 +219,7 @@ def _truth(symbol: str, parts: list[Trial]) -> Truth:
 
 
 def surprise(runs: Sequence[Trials]) -> tuple[float, float]:
-    """Normalised innovation squared a current, and its spread over arms; 1 where noise is known."""
+    """Normalised innovation squared per current, and its spread over arms; 1 for known noise."""
     each = [total / count for total, count in (run.nis for run in runs)]
     return float(np.mean(each)), scatter(each)
 
