@@ -138,7 +138,7 @@ def accumulated(
 class AbruptChange:
     """What changed abruptly, and so is no longer assumed to be known."""
 
-    payload: Array | None  # (10,) what is carried from here on, roughly; None: what was before
+    payload: Array | None  # (10,) approximate payload from here on; None: no change
     drives: Mask  # (J,)
     wears: bool = False  # whether they go on wearing
     known: Gaussian | None = None  # the belief that allows for the change from the start

@@ -29,7 +29,7 @@ Tell = Callable[[Snapshot, Sequence[Status]], None]  # a listener's, or ours
 
 @dataclass(frozen=True, eq=False)
 class Audience:
-    """Who is told."""
+    """The recipients."""
 
     voice: Voice | None = None  # ROS 2
     plants: Sequence[Listener] = ()

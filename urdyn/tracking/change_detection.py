@@ -58,7 +58,7 @@ class Hypothesis(Generic[S]):
     start: TrackerState[S]  # state to continue from: before the change, if there was one
     belief: S  # to be updated by the currents
     mean: Array  # (n,) of the states, by that belief with the payload replaced
-    payload: Array  # (10,) what is carried, roughly
+    payload: Array  # (10,) approximate payload
     load: PayloadHypotheses  # what was known of the load before it was learnt anew
 
     @property
@@ -91,7 +91,7 @@ class Hypothesis(Generic[S]):
         return BULKY if self.detection.reported and self.change is None else None
 
     def unknown_since(self, t: float) -> float:
-        """Since when nobody knows what is carried [s]; inf: it is known."""
+        """Time since when the payload has been unknown [s]; inf: it is known."""
         if self.phase.handles and (self.phase.sets_off or self.another_payload):
             return t
         known = self.change is not None or self.phase.shown
@@ -270,7 +270,7 @@ class ChangeDetector(Generic[S]):
         wore = odds.wore(sure)
         if not wore.any():
             return None
-        wears = reference.moved > 0.0  # wear from before the run may not go on
+        wears = reference.moved > 0.0  # wear from before the run need not go on
         return AbruptChange(None, wore, wears=wears, known=odds.allowing(wore))
 
     def _exchanged(self, state: TrackerState[S], t: float) -> bool:

@@ -98,7 +98,7 @@ def load(start: Checkpoint[S], identity: Mapping[str, str], folder: Path) -> Che
 
 
 def whose(folder: Path) -> Mapping[str, str]:
-    """The identity that the checkpoint in `folder` was written with; empty if unreadable."""
+    """The identity that the checkpoint in `folder` was written with; empty if none can be read."""
     try:
         with _opened(folder / FILE) as archive:
             return _about(archive)[0]

@@ -107,7 +107,7 @@ def first(noise: Noise, width: int, period: float) -> Colour:
 
 
 def _far(period: float) -> int:
-    """The lag FAR in samples; at least ORDER, beyond the filter's own lags at low rates."""
+    """The lag FAR in samples; at least ORDER, the filter's longest."""
     return max(ORDER, round(FAR / period))
 
 
@@ -133,7 +133,7 @@ def whitened(colour: Colour, packed: Array, y: Array) -> tuple[Array, Array, Col
     """Whitened inputs and currents, and the colour whose filter has seen them.
 
     Args:
-        packed: what multiplies the parameters, (J, w); 0 after whitening where no current is.
+        packed: what multiplies the parameters, (J, w); whitened to 0 where there is no current.
         y: currents (J,) [A]; NaN where there is none.
     """
     now = np.concatenate([packed, y[:, None]], axis=1)

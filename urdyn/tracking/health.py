@@ -11,7 +11,7 @@ from urdyn.io.status import Level, Status, of_finding
 from urdyn.types import NORMAL90, Array
 
 HEALTH = {Level.WARN: 0.9, Level.ERROR: 0.75}  # [-] drive health below
-FRICTION = {Level.WARN: 1.5, Level.ERROR: 2.0}  # [-] of the commissioned, above; warmth changes 0.2
+FRICTION = {Level.WARN: 1.5, Level.ERROR: 2.0}  # [-] of commissioned, above; warmth changes 0.2
 STALE = 1.0  # [s] without a sample
 
 WELL = "as commissioned"

@@ -60,7 +60,7 @@ def nothing_yet(joints: int) -> Interest:
 def strained(so_far: Interest, reading: Reading, currents: RobotCurrents) -> Interest:
     """With one reading's share of the drives' torque: for every reading, as peaks are short.
 
-    It is the predicted one, which noise does not raise; the measured one where the load is unknown.
+    It is the predicted one, which noise does not raise; the measured one where that is surer.
     """
     per = currents.reference.drive.gain / currents.reference.arm.effort_limit
     most = np.fmax(np.abs(reading.modelled), np.abs(reading.current))

@@ -18,7 +18,7 @@ STANDING = STANDSTILL  # [rad/s] below this, friction is whatever holds the join
 # and its breakaway is over. Real arms snap by a degree where programs begin.
 LOOSE = 0.08
 INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
-LONGEST = 60.0  # [s] of drift that one gap may add: an arm is not unknown after a night
+LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
 HELD, REPEATS = 0.2, 8.0  # [s] and samples for which a sliding joint's current may be constant
 
 

@@ -37,7 +37,7 @@ class Reading:
 
     @property
     def unknown(self) -> bool:
-        """Whether what is carried is learnt anew from here on."""
+        """Whether the payload is learnt anew from here on."""
         return self.widened or self.restarted
 
     @cached_property

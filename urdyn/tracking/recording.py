@@ -1,8 +1,8 @@
 """A recording, read in a process of its own: python -m urdyn.tracking.recording.
 
-The tracking process loads no file readers, and holds only BLOCK samples of a log of any length.
-The first request says what to read, and is answered by a description of the log; each further one
-gives a first row, and is answered by the block from there on, its columns side by side.
+The tracking process loads no file readers, and holds only BLOCK samples of a log of any length. The
+first request says what to read, and the answer describes the log; each further one names a first
+row, and the answer is the block from there on, its columns side by side.
 """
 
 from __future__ import annotations

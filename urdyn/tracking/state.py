@@ -36,7 +36,7 @@ class TrackerState(Generic[S]):
     variance_ratio: Array  # (J,) [-] variance of the last innovation over that of its noise
     past: PastBeliefs[S]
     heard: tuple[Heard[Any], ...]  # one per stream beside the joints' sensors
-    payload: Array  # (10,) what is carried, roughly
+    payload: Array  # (10,) approximate payload
     changed_drives: Mask  # (J,) drives that changed abruptly since commissioning
     stuck: Array  # (J,) number of currents left out, as they stayed the same while the joint slid
     passed: float = 0.0  # [s] of the run
