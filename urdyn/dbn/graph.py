@@ -6,7 +6,8 @@ Within a slice every node is linear-Gaussian given its parents,
 
 and e_c, the part of x_c that is its own, persists from slice to slice while noise moves it. So the
 inter-slice edges follow from the others: theta_t -> theta_t+1, and p_t -> c_t+1 wherever p -> c,
-because c follows p's change, while its level persists. Shared disturbances, `<->`, correlate e.
+because c follows the change of p, whose level is in c_t already. Shared disturbances, `<->`,
+correlate e.
 """
 
 from __future__ import annotations
