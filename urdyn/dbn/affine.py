@@ -39,7 +39,7 @@ class AffineObservation(Generic[U_contra]):
 
     @cached_property
     def linear(self) -> Mask:
-        """All of it, (p,)."""
+        """All states, (p,)."""
         return np.ones(self.states, dtype=bool)
 
     def observe(self, x: Array, u: U_contra) -> Array:
@@ -83,7 +83,7 @@ class AffineProcess(Generic[U_contra]):
 
     @cached_property
     def linear(self) -> Mask:
-        """All of it, (n,)."""
+        """All states, (n,)."""
         return np.ones(len(self.names), dtype=bool)
 
     def transition(self, x: Array, u: U_contra) -> Array:

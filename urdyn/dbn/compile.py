@@ -54,7 +54,7 @@ class CompiledNetwork:
 
     @cached_property
     def linear(self) -> Mask:
-        """All of it, (n,)."""
+        """All states, (n,)."""
         return np.ones(len(self.names), dtype=bool)
 
     def transition(self, x: Array, u: Slice) -> Array:

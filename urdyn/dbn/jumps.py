@@ -61,5 +61,5 @@ def jumps(
         step[alone, :, at] = sizes
         sd[alone, at] = spread
     count = len(states) * len(sizes)
-    spreads = sd if spread else sd[0]  # none is that of all
+    spreads = sd if spread else sd[0]  # without one, 0 for all
     return Jumps(step.reshape(count, len(names)), np.full(count, 1.0 / count), spreads)

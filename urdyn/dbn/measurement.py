@@ -39,7 +39,7 @@ class Standing:
 
     @cached_property
     def linear(self) -> Mask:
-        """All of it, (n,)."""
+        """All states, (n,)."""
         return np.ones(len(self.names), dtype=bool)
 
     @property

@@ -32,7 +32,7 @@ class RandomWalk:
 
     @cached_property
     def linear(self) -> Mask:
-        """All of it, (n,)."""
+        """All states, (n,)."""
         return np.ones(len(self.names), dtype=bool)
 
     @cached_property
@@ -73,7 +73,7 @@ class MeanReverting:
 
     @cached_property
     def linear(self) -> Mask:
-        """All of it, (n,)."""
+        """All states, (n,)."""
         return np.ones(len(self.names), dtype=bool)
 
     def _kept(self, u: Slice) -> Array:

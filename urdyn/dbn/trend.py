@@ -57,7 +57,7 @@ class Trend:
 
     @cached_property
     def linear(self) -> Mask:
-        """All of it, (p + r,)."""
+        """All states, (p + r,)."""
         return np.ones(len(self.names), dtype=bool)
 
     def _reach(self, u: Slice) -> tuple[float, float]:

@@ -66,7 +66,7 @@ class Wear:
 
     @cached_property
     def linear(self) -> Mask:
-        """All of it, (p + r,)."""
+        """All states, (p + r,)."""
         return np.ones(len(self.names), dtype=bool)
 
     @cached_property

@@ -83,7 +83,7 @@ class Widening(Generic[D]):
         return None if u.widen else predicted(self.process, belief, u)
 
     def transition_cov(self, u: D) -> Array:
-        """Of the process, but for what jumps, and the jump's, (n, n)."""
+        """That of the process, with the jump's for states that jump, (n, n)."""
         Q = self.process.transition_cov(u)
         if u.widen:
             Q = np.array(Q)
