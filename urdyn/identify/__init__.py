@@ -1,4 +1,4 @@
-"""Motion -> Fit: what the arm is, and how sure that is."""
+"""Motion -> Fit: the arm, and its uncertainty."""
 
 from typing import TYPE_CHECKING
 

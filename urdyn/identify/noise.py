@@ -16,7 +16,7 @@ GAUSSIAN = 100.0  # degrees of freedom from which on Student's t counts as Gauss
 MIN_DOF = 4.0
 CERTAIN = 1e18  # degrees of freedom at which it is Gaussian to the last digit
 TINY = 1e-6  # of a variance: no noise is predicted better
-SETTLED = 400  # rows after which noise has forgotten an innovation
+SETTLED = 400  # rows after which an innovation's effect on the noise has decayed
 PIECE = 0.03  # [s] for which mispredicted friction at a reversal stays similar
 WILD = 12.0  # [sd] at which residuals are clipped, so that outliers do not widen the noise
 
