@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import Browser
 
 from urdyn.identify.kinematics import Calibration, Recorded, calibrate, evaluate
 from urdyn.io.poses import Poses
@@ -15,8 +18,10 @@ from urdyn.model.geometry.chain_pose import flange
 from urdyn.model.geometry.drawing import drawing_of
 from urdyn.model.geometry.turns import rotation_vector
 from urdyn.report.calibrate.page import calibrate_page, evaluate_page
+from urdyn.report.calibrate.space import space_section
 from urdyn.report.calibrate.summary import calibrated, evaluated
 from urdyn.report.calibrate.words import deviation
+from urdyn.report.markup import document
 from urdyn.types import Defect, Source
 
 HOSTILE = "<img src=x onerror=alert(1)>.csv"
@@ -58,6 +63,22 @@ def test_the_page_fetches_nothing_and_escapes_what_files_say(found: Calibration)
     assert HOSTILE not in page
     assert "0" * 64 in page
     assert "no tool offset is set" in page
+
+
+def test_the_map_of_the_workspace_shows_every_pose_on_a_narrow_screen(
+    chromium: Browser, found: Calibration, tmp_path: Path
+) -> None:
+    page = tmp_path / "page.html"
+    page.write_text(document("", space_section(found, calibrated(found, 1.0))), encoding="utf-8")
+    chromium.open(page, 420)
+    axes = chromium.evaluate(
+        """(({ xaxis, yaxis }) => JSON.stringify([xaxis.range, yaxis.range]))(
+          document.querySelector(".plot")._fullLayout)"""
+    )
+    (left, right), (low, high) = json.loads(axes)
+    across, height = np.hypot(*found.space.place[:, :2].T), found.space.place[:, 2]
+    assert left <= 0.0 and across.max() <= right  # at 0 stands the arm
+    assert low <= height.min() and height.max() <= high
 
 
 def test_a_score_has_a_page_too(found: Calibration, ur5e: Arm, tmp_path) -> None:  # type: ignore[no-untyped-def]

@@ -98,7 +98,7 @@ def _map(c: Calibration) -> go.Figure:
         line={"color": "#ffffff", "width": 1.5}, marker={"color": "#ffffff", "size": 7},
     )  # fmt: skip
     drawing = figure([marks, body, spine], "distance from the first axis [m]", "height [m]", 420)
-    drawing.update_xaxes(constrain="domain", rangemode="tozero")
+    drawing.update_xaxes(rangemode="tozero")
     return drawing.update_yaxes(scaleanchor="x", constrain="domain")
 
 
