@@ -11,6 +11,7 @@ from witness import RATE, watch
 
 from urdyn.errors import InputError, UnsafeMotionError
 from urdyn.identify.excite import Safe, excite, prove
+from urdyn.identify.excite.proof import DISTANCE, SHARE
 from urdyn.identify.excite.restart import fitted
 from urdyn.model.arm import load_arm, read_arm
 from urdyn.model.cell import Cell, Solid, floor
@@ -125,6 +126,20 @@ def test_shares_and_clearance_hold_at_any_moment(found):
     near = collider(found.arm, found.ask.cell, found.ask.margin).distances(q)
     assert near.min() >= proof.clearance - 1e-5  # of coal's iterations
     assert proof.clearance >= found.ask.margin
+
+
+def test_what_is_proven_is_hardly_more_than_what_the_motion_takes():
+    arm = load_arm("ur10e")
+    path, asked = random_series(arm, 1), safe(arm)
+    proof = prove(arm, path, asked)
+    q, v, a = path.at(np.linspace(0.0, path.lasting, 4001))
+    still = np.zeros_like(q)
+    taken = [asked.limits.shares(arm, q, *how) for how in ((v, a), (still, still))]
+    for kind, share in proof.shares.items():
+        assert share <= max(of[kind].max() for of in taken) + SHARE, kind
+    near = asked.collider.distances(q).min(axis=0)
+    assert proof.clearance >= near.min() - DISTANCE - 1e-5  # of coal's iterations
+    assert proof.closest == asked.collider.pairs[int(near.argmin())]
 
 
 def test_slower_motion_needs_no_more_torque(found):

@@ -2,7 +2,8 @@
 
 A quantity with the value c at the middle of an interval h and a rate of change of at most L stays
 above c - L h / 2 throughout. Intervals where that is not enough are halved until it is, or until
-the quantity itself is too small.
+the quantity itself is too small. Nor is a bound far below all sampled values enough, for the least
+bound is reported as the motion's own.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from urdyn.types import Array
 FIRST = 0.02  # [s] initial width of intervals
 FINEST = 1e-6  # [s] width at which a proof is given up
 BLOCK = 4096  # intervals at a time
+SHARE, DISTANCE = 0.01, 1e-3  # [-], [m] largest error of a reported share and distance
 
 QVA = tuple[Array, Array, Array]  # angles, velocities, accelerations, (N, J) each
 Peaks = tuple[Array, Array, Array]  # upper bounds of |v|, |a| and |jerk|, (J,) each
@@ -63,11 +65,11 @@ class Proof:
 
 @dataclass(frozen=True, eq=False)
 class _Margin:
-    """Distance of a quantity from its limit in the middle of intervals."""
+    """How far a quantity is from its limit in the middle of intervals, [m] or [-] of the limit."""
 
     left: Array  # (N, K) that distance
     lost: Array  # (N, K) most by which it may shrink within an interval
-    limit: Array  # (K,) or a number: `left` at no load
+    slack: float  # by which its least bound may be too small
 
 
 def prove(arm: Arm, path: Path, safe: Safe) -> Proof:
@@ -84,30 +86,26 @@ def prove(arm: Arm, path: Path, safe: Safe) -> Proof:
     def around(t: Array, width: float) -> dict[str, _Margin]:
         return _clearances(safe, path.at(t), peaks, width)
 
-    # Separately, as torque needs finer steps than distance, and costs less.
-    least, few = _covered(arm, safe, path.lasting, joints)
-    near, many = _covered(arm, safe, path.lasting, around)
-    limits = safe.limits
-    whole = {
-        "angle": limits.room,
-        "velocity": limits.velocity,
-        "acceleration": limits.acceleration,
-        "torque": limits.torque,
-    }
-    shares = {kind: float((1.0 - least[kind] / most).max()) for kind, most in whole.items()}
-    k = int(near["distance"].argmin())
-    clearance = float(near["distance"][k] + safe.margin)
-    return Proof(clearance, safe.collider.pairs[k], shares, few + many)
+    # Each on its own: torque needs finer steps than distance, and costs less.
+    least, _, few = _covered(arm, safe, path.lasting, joints)
+    near, seen, many = _covered(arm, safe, path.lasting, around)
+    shares = {kind: 1.0 - left for kind, left in least.items()}
+    closest = safe.collider.pairs[int(seen["distance"].argmin())]
+    return Proof(near["distance"] + safe.margin, closest, shares, few + many)
 
 
 def _covered(
     arm: Arm, safe: Safe, lasting: float, look: Callable[[Array, float], dict[str, _Margin]]
-) -> tuple[dict[str, Array], int]:
-    """Least margin of every quantity (K,) over a motion, and the number of moments evaluated."""
+) -> tuple[dict[str, float], dict[str, Array], int]:
+    """Least margins over a motion, the least at its sampled moments (K,), and their number.
+
+    The first are proven, and at most a margin's slack below the second.
+    """
     count = int(np.ceil(lasting / FIRST))
     width = lasting / count
     middles = np.linspace(0.5 * width, lasting - 0.5 * width, count)
-    least: dict[str, Array] = {}
+    least: dict[str, float] = {}
+    seen: dict[str, Array] = {}
     looked = 0
     while len(middles):
         if width < FINEST:
@@ -117,16 +115,20 @@ def _covered(
             t = middles[first : first + BLOCK]
             margins = look(t, width)
             _refuse(arm, safe, margins, t)
-            sure = np.all([(r.left >= r.lost).all(axis=1) for r in margins.values()], axis=0)
+            sure = np.ones(len(t), dtype=bool)
+            for kind, margin in margins.items():
+                seen[kind] = np.minimum(margin.left.min(axis=0), seen.get(kind, np.inf))
+                enough = max(seen[kind].min() - margin.slack, 0.0)
+                sure &= (margin.left - margin.lost >= enough).all(axis=1)
             halves.append(t[~sure])
             for kind, margin in margins.items():
-                here = (margin.left - margin.lost)[sure].min(axis=0, initial=np.inf)
-                least[kind] = np.minimum(here, least.get(kind, np.inf))
+                here = (margin.left - margin.lost)[sure].min(initial=np.inf)
+                least[kind] = min(float(here), least.get(kind, np.inf))
         looked += len(middles)
         open_ = np.concatenate(halves)
         middles = np.sort(np.concatenate([open_ - width / 4.0, open_ + width / 4.0]))
         width /= 2.0
-    return least, looked
+    return least, seen, looked
 
 
 def _refuse(arm: Arm, safe: Safe, margins: dict[str, _Margin], t: Array) -> None:
@@ -148,11 +150,15 @@ def _joint_margins(
     still = np.zeros_like(q)
     torque = np.maximum(np.abs(arm.torque(q, v, a)), np.abs(arm.torque(q, still, still)))
     rate = torque_rate(arm, V, A, jerk)
+    used = {
+        "angle": (np.abs(q - limits.middle), V, limits.room),
+        "velocity": (np.abs(v), A, limits.velocity),
+        "acceleration": (np.abs(a), jerk, limits.acceleration),
+        "torque": (torque, rate, limits.torque),
+    }
     return {
-        "angle": _Margin(limits.room - np.abs(q - limits.middle), half * V, limits.room),
-        "velocity": _Margin(limits.velocity - np.abs(v), half * A, limits.velocity),
-        "acceleration": _Margin(limits.acceleration - np.abs(a), half * jerk, limits.acceleration),
-        "torque": _Margin(limits.torque - torque, half * rate, limits.torque),
+        kind: _Margin(1.0 - size / limit, half * faster / limit, SHARE)
+        for kind, (size, faster, limit) in used.items()
     }
 
 
@@ -162,7 +168,7 @@ def _clearances(safe: Safe, motion: QVA, peaks: Peaks, width: float) -> dict[str
     near = safe.collider.distances(q) - safe.margin
     V, _ = _faster(v, a, peaks, 0.5 * width)
     lost = 0.5 * width * (V @ safe.collider.reach.T)
-    return {"distance": _Margin(near, lost, np.zeros(near.shape[1]))}
+    return {"distance": _Margin(near, lost, DISTANCE)}
 
 
 def _faster(v: Array, a: Array, peaks: Peaks, half: float) -> tuple[Array, Array]:
@@ -181,5 +187,5 @@ def _message(arm: Arm, safe: Safe, kind: str, margin: _Margin, row: int, k: int)
         if there < 0.0:
             return f"{other} and {one} run into each other"
         return f"{other} comes within {there:.0f} mm of {one}, margin {1e3 * safe.margin:.0f} mm,"
-    share = 1.0 - margin.left[row, k] / margin.limit[k]
+    share = 1.0 - margin.left[row, k]
     return f"{arm.joint_names[k]} is at {100.0 * share:.1f} % of its {kind} limit"
