@@ -255,6 +255,13 @@ def test_a_few_rows_with_a_current_are_no_score(all_knowing: Fit, noisy: Log) ->
         validate(all_knowing, holed(noisy, "actual_current", few))
 
 
+def test_a_log_without_currents_is_told_so(all_knowing: Fit, noisy: Log) -> None:
+    kept = {name: noisy.channels[name] for name in ("actual_q", "actual_qd")}
+    said = "no channel actual_current; there is actual_q, actual_qd: name the columns or record it"
+    with pytest.raises(UrdynError, match=said):
+        validate(all_knowing, Log(noisy.t, kept))
+
+
 @pytest.mark.filterwarnings("error")
 def test_a_current_that_is_nothing_has_no_share(all_knowing: Fit, noisy: Log) -> None:
     dead = {**noisy.channels, "actual_current": np.zeros_like(noisy.joint("actual_current"))}

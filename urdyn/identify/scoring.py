@@ -56,12 +56,13 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
         LogError: it is of another arm, its currents are not in amperes, or they are too few.
     """
     fit, log = fit_in(twin), given_log(log)
-    current = log.joint("actual_current")
-    if why := fit.dynamics.unlike(current) or too_few(current):
+    if why := fit.dynamics.unlike(log.joint("actual_current")):
         raise LogError(why, log.source.path)
     require_own(fit.dynamics.arm, log)
     log = _drawn(fit.dynamics, measured(log))
     motion = conditioned(log)
+    if why := too_few(motion.current):
+        raise LogError(why, log.source.path)
     predicted = fit.dynamics.current(motion)
     error = motion.current - predicted
     target_error = motion.current - log.joint("target_current")
