@@ -264,6 +264,8 @@ def test_what_is_no_log_is_refused_in_one_line(what: str, text: list[str], tmp_p
 def test_what_cannot_be_opened_is_refused(name: str, told: str, tmp_path: Path) -> None:
     with pytest.raises(LogError, match=told):
         read(tmp_path / name)
+    with pytest.raises(LogError, match=told):
+        read(tmp_path / name, columns="timestamp,actual_q*6")
 
 
 @settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))

@@ -75,3 +75,11 @@ def test_a_byte_order_mark_is_no_part_of_a_document(tmp_path: Path) -> None:
 def test_a_missing_document_is_told(tmp_path: Path) -> None:
     with pytest.raises(TwinError, match="cannot be read: No such file"):
         load_toml(tmp_path / "twin.toml", TwinError)
+
+
+def test_of_a_folder_the_file_that_may_be_meant_is_told(tmp_path: Path) -> None:
+    with pytest.raises(TwinError, match=r"is a folder; name a file in it$"):
+        load_toml(tmp_path, TwinError)
+    (tmp_path / "twin.toml").touch()
+    with pytest.raises(TwinError, match=r"is a folder; name a file in it, like .*/twin\.toml$"):
+        load_toml(tmp_path, TwinError)

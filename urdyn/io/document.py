@@ -24,6 +24,9 @@ def load_toml(path: str | Path, error: type[InputError] = InputError) -> dict[st
     """The document in `path`; whatever is wrong with it is an `error` that names file and line."""
     try:
         return tomllib.loads(Path(path).read_bytes().decode("utf-8-sig"))
+    except IsADirectoryError as cause:
+        like = next((f", like {file}" for file in sorted(Path(path).glob("*.toml"))), "")
+        raise error(f"{path}: is a folder; name a file in it{like}") from cause
     except OSError as cause:
         raise error(f"{path}: cannot be read: {cause.strerror}") from cause
     except UnicodeDecodeError as cause:

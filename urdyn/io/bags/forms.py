@@ -29,15 +29,15 @@ def is_log(path: Path) -> bool:
 
 
 def is_bag(path: Path) -> bool:
-    """Is it a bag: a file that begins as one, or a folder?"""
+    """Is it a bag: a file that begins as one, or a folder? LogError where a folder is none."""
+    if path.is_dir() and not is_log(path):
+        raise LogError(f"is a folder without {METADATA}, so no ROS 2 bag; name a file", path)
     return path.is_dir() or form(path) is not None
 
 
 @contextmanager
 def named(path: Path) -> Iterator[Path]:
-    """The bag under a name that ends as bag readers want it; LogError where it is none."""
-    if not is_log(path):
-        raise LogError(f"is a folder without {METADATA}, so no ROS 2 bag; name a file", path)
+    """The bag under a name that ends as bag readers want it."""
     suffix = form(path)
     if suffix in (None, path.suffix):
         yield path
