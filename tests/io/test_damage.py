@@ -45,6 +45,17 @@ def restamped(shift: float, first: int, stop: int) -> Break:
     return broken
 
 
+def counted(since: float, by: int) -> Break:
+    """Stamps that count so many to the second, and began long ago [s]."""
+
+    def broken(text: list[str]) -> bytes:
+        cells = [line.split(",", 1) for line in text[1:]]
+        rows = [f"{round((since + float(stamp)) * by)},{rest}" for stamp, rest in cells]
+        return joined([text[0], *rows])
+
+    return broken
+
+
 MENDED: dict[str, tuple[Break, str, int, int, int]] = {
     # what -> how, kind of defect, count, line, rows left of 50
     "half a last row": (lambda t: joined(t)[:-12], "truncated row", 1, 51, 49),
@@ -213,14 +224,17 @@ REFUSED: dict[str, tuple[Break, str]] = {
         "log.csv:3: the clock goes back",
     ),
     **{
-        f"{unit} since 1970": (
-            lambda t, digits=digits: joined([t[0], *("16" + "0" * digits + r[2:] for r in t[1:])]),
-            f"log.csv:2: its stamps are {unit} since 1970; .*: divide them by {by}",
+        f"{unit} since {since:g} s": (
+            counted(since, by),
+            f"log.csv:2: its stamps are {unit}; stamps are to be in s: divide them by {by:,}$",
         )
-        for unit, digits, by in (
-            ("milliseconds", 11, "1,000"),
-            ("microseconds", 14, "1,000,000"),
-            ("nanoseconds", 17, "1,000,000,000"),
+        for unit, by, since in (
+            ("milliseconds", 10**3, 1.6e9),
+            ("microseconds", 10**6, 1.6e9),
+            ("microseconds", 10**6, 2e5),
+            ("nanoseconds", 10**9, 1.6e9),
+            ("nanoseconds", 10**9, 283.0),
+            ("nanoseconds", 10**9, 1.6e3),  # as many as milliseconds since 1970
         )
     },
     "stamps of no clock": (

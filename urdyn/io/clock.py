@@ -9,8 +9,8 @@ import numpy as np
 from urdyn.types import Array, Index, Mask
 
 LATEST = 1e11  # [s] the year 5138; what lies beyond is milliseconds, or damage
-LIVING = (0.9e9, 4.2e9)  # [s] since 1970: before any recorded arm, and 2103
 UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}  # in a second
+STEPS = (1.5e-3, 1.5)  # [s] between samples of an arm; three decades, so that one unit fits
 SET = 1.0  # [s] between a step by stamps and by arrival; if larger, a clock was set
 STRAY = 20  # rows: a clock that is off for longer did not come from a torn packet
 GAP = 5.0  # median steps
@@ -23,11 +23,18 @@ def credible(t: Array | float) -> Mask:
     return np.asarray(np.abs(t) < LATEST)
 
 
-def unit_since_1970(t: Array) -> str:
-    """Which of UNITS most stamps (N,) count since 1970; "" where they count none."""
-    middle = float(np.median(t)) if len(t) else 0.0
-    first, last = LIVING
-    return next((unit for unit, by in UNITS.items() if first < middle / by < last), "")
+def finer(t: Array) -> str:
+    """Which of UNITS stamps (N,) count, by their steps; "" where most can be seconds, or none fits.
+
+    Since 1970 or since a robot was switched on: nobody has to know.
+    """
+    t = t[np.isfinite(t)]
+    with np.errstate(over="ignore"):  # of damage
+        steps = np.abs(np.diff(t))
+    if not steps.any() or credible(np.median(t)):
+        return ""
+    step, (least, most) = np.median(steps[steps > 0.0]), STEPS
+    return next((unit for unit, by in UNITS.items() if least <= step / by < most), "")
 
 
 def elapsed(stamped: Array | float, waited: Array | float) -> Array:

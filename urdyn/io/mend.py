@@ -47,8 +47,8 @@ def mend(table: Table, source: Source) -> Log:
 def _without_strange_stamps(table: Table, source: Source) -> Table:
     """Rows whose stamp can be in seconds; LogError where they are in another unit."""
     table = _without(table, np.isnan(table.channels["timestamp"]), "row without a stamp")
-    if unit := clock.unit_since_1970(table.channels["timestamp"]):
-        told = f"its stamps are {unit} since 1970; stamps are to be in s: divide them by"
+    if unit := clock.finer(table.channels["timestamp"]):
+        told = f"its stamps are {unit}; stamps are to be in s: divide them by"
         line = int(table.line[0])
         raise LogError(f"{told} {clock.UNITS[unit]:,.0f}", source.path, line, "timestamp")
     return _without(table, ~clock.credible(table.channels["timestamp"]), "impossible stamp")
