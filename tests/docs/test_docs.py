@@ -15,6 +15,8 @@ import typer
 
 from urdyn.cli.app import app
 from urdyn.model.arm import load_arm
+from urdyn.report.fleet.gather import STATES
+from urdyn.report.fleet.page import BADGE
 from urdyn.simulate.tool import tool_pose
 
 ROOT = Path(__file__).parents[2]
@@ -122,3 +124,11 @@ def test_what_a_page_says_runs_in_an_empty_folder(page, tmp_path):
         for process in beside:
             process.terminate()
             process.communicate()
+
+
+def test_every_state_of_a_robot_in_a_fleet_is_explained():
+    page = (ROOT / "docs" / "tutorials" / "maintenance.md").read_text(encoding="utf-8")
+    explained = re.findall(r"^\| ([^|]+) \|", page, re.M)
+    for state in STATES:
+        badge = BADGE.get(state, state)
+        assert any(re.search(rf"\b{badge}\b", words) for words in explained), badge

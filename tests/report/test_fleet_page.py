@@ -154,7 +154,8 @@ def test_a_fleet_and_the_page_of_its_robot_recommend_the_same(tmp_path, rate, du
     (folder / "findings.json").write_text(json.dumps(said))
     fleet = gather([folder], NOW, DAY)
     states = {"now": "service_now", "later": "service_later", "never": "found"}
-    words = {"now": "to be serviced now", "later": "to be planned for", "never": "with a finding"}
+    words = {"now": "to be serviced now", "later": "to be planned for"}
+    words["never"] = "with findings that are notices, or over"
     assert fleet.robots[0].state == states[due]
     assert headline(fleet).startswith(f"1 {words[due]} (cell-7).")
     done = CliRunner().invoke(app, ["acknowledge", str(folder), said["findings"][0]["id"]])

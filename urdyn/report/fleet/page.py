@@ -33,7 +33,7 @@ WORDS = {
     "doubted": "whose twin or stream is to be seen to first",
     "service_later": "to be planned for",
     "warning": "with a warning",
-    "found": "with a finding",
+    "found": "with findings that are notices, or over",
     "acknowledged": "with acknowledged findings only",
     "changed": "changed",
     "surprised": "not understood by their models",
