@@ -12,7 +12,7 @@ from urdyn.errors import LogError
 from urdyn.io import read
 from urdyn.io.effort import Effort
 from urdyn.signal import condition
-from urdyn.signal.units import DEGREES, ENOUGH, ROWS, STAMPS, unfilled, wrong_unit
+from urdyn.signal.units import DEGREES, ENOUGH, EXCHANGED, ROWS, STAMPS, unfilled, wrong_unit
 from urdyn.types import Log
 
 UR10E = "timestamp,actual_q*6,actual_qd*6,actual_current*6,target_current*6,target_moment*6"
@@ -36,6 +36,12 @@ def in_degrees(log: Log, of: str) -> Log:
     """The log whose velocities, or angles, are in degrees."""
     name = {"velocities": "actual_qd", "angles": "actual_q"}[of]
     return replace(log, channels=log.channels | {name: np.degrees(log.channels[name])})
+
+
+def exchanged(log: Log) -> Log:
+    """The log whose velocities stand in the place of its angles, and these in theirs."""
+    q, v = log.channels["actual_q"], log.channels["actual_qd"]
+    return replace(log, channels=log.channels | {"actual_q": v, "actual_qd": q})
 
 
 @pytest.mark.parametrize("rate", [10.0, 125.0, 500.0])
@@ -108,6 +114,11 @@ def test_a_log_in_milliseconds_is_refused_in_one_line() -> None:
         condition(replace(log, t=1e3 * log.t))
 
 
+def test_angles_and_velocities_that_are_exchanged_are_told() -> None:
+    with pytest.raises(LogError, match=r"its angles are velocities, .*: exchange their columns"):
+        condition(exchanged(moved()))
+
+
 @pytest.mark.parametrize(("of", "asked"), [("velocities", "deg/s"), ("angles", "degrees")])
 def test_a_log_in_degrees_is_refused_in_one_line(of: str, asked: str) -> None:
     log, small = moved(), {}
@@ -130,3 +141,4 @@ def test_real_recordings_are_in_si(recordings: Path) -> None:
         assert told == ("" if name in STAND else "milliseconds"), name
         told = wrong_unit(in_degrees(log, "velocities"))
         assert told == ("" if name in STAND else "velocities"), name
+        assert wrong_unit(exchanged(log)) == ("" if name in STAND else EXCHANGED), name

@@ -16,6 +16,7 @@ STAMPS = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
 DEGREES = {"velocities": float(np.radians(1.0)), "angles": float(np.degrees(1.0))}
 DECADES = 0.5
 ROWS = "rows"  # what stamps count that are one apart, unless they are exact in another unit
+EXCHANGED = "exchanged"  # angles, which stand where velocities are due, and those for them
 EXACT = 0.1  # decades that velocities are off at most, where stamps are exact
 SLIP = 0.05  # [rad] more than any joint moves without a velocity
 TINY = 1e-300  # [rad]
@@ -26,16 +27,19 @@ DUE = {"velocities": "rad/s: is it deg/s?", "angles": "rad: is it degrees?"}
 def wrong_unit(log: Log) -> str:
     """What stamps count, or what is in degrees, of `STAMPS` and `DEGREES`; "" if all is in SI.
 
-    `ROWS`, too: stamps that are row numbers.
+    `ROWS`, too: stamps that are row numbers. And `EXCHANGED`.
 
     Reported only where most of the motion agrees on it: velocities without motion, such as the
     noise of a joint at rest, do not.
     """
     if not {"actual_q", "actual_qd"} <= set(log.channels):
         return ""
-    most = _middle(*_shares(log.t, log.joint("actual_q"), log.joint("actual_qd")))
+    q, v = log.joint("actual_q"), log.joint("actual_qd")
+    most = _middle(*_shares(log.t, q, v))
     if not (most > 0.0).all():
-        return ""
+        turned = _middle(*_shares(log.t, v, q))
+        agree = (turned > 0.0).all() and np.abs(np.log10(turned)).max() < DECADES
+        return EXCHANGED if agree else ""
     decades_of_ms = np.abs(np.log10(most / STAMPS["milliseconds"])).min()
     if (np.diff(log.t) == 1.0).all() and (most < 10.0**-DECADES).all() and decades_of_ms > EXACT:
         return ROWS
@@ -54,6 +58,8 @@ def complaint(unit: str) -> tuple[str, str]:
     """One sentence of what is wrong with a log of this `wrong_unit`, and the column to blame."""
     if unit == ROWS:
         return "its stamps count rows; skip them by - in --columns, and say the --rate", "timestamp"
+    if unit == EXCHANGED:
+        return "its angles are velocities, and these its angles: exchange their columns", "actual_q"
     if unit in STAMPS:
         return (
             f"its stamps are {unit}: by its velocities angles change {1.0 / STAMPS[unit]:,.0f} "
