@@ -9,10 +9,11 @@ from typing import get_args, get_type_hints
 
 import numpy as np
 import pytest
+from found import FOUND
 from shop import Shop
 
 from urdyn.diagnose import memory, rules
-from urdyn.diagnose.acknowledge import acknowledge, acknowledged
+from urdyn.diagnose.acknowledge import acknowledge, acknowledged, forget_gone
 from urdyn.diagnose.carrying import MOMENT
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.diagnosis import Diagnosis
@@ -333,6 +334,16 @@ def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_pa
     assert acknowledged(tmp_path).quiets(kept)
     Session(replace(session.job, index=0)).finish()  # and of one that did not: repaired, maybe
     assert not acknowledged(tmp_path).quiets(kept)
+
+
+@pytest.mark.parametrize("gone", [False, True])
+def test_what_was_acknowledged_and_is_gone_at_the_end_of_a_run_is_told_when_it_comes_back(
+    tmp_path: Path, gone: bool
+) -> None:
+    seen = {FOUND.id: {"severity": FOUND.severity, "size": FOUND.size}}
+    (tmp_path / "acknowledged.json").write_text(json.dumps(seen))
+    forget_gone(tmp_path, [replace(FOUND, size=0.01, severity="notice", gone=gone)])
+    assert acknowledged(tmp_path).quiets(FOUND) != gone
 
 
 @pytest.mark.parametrize(

@@ -84,9 +84,9 @@ def _advised(document: Mapping[str, Any]) -> str:
 
 
 def forget_gone(folder: Path, findings: Iterable[Finding]) -> None:
-    """At a run's end: what was acknowledged and is no more found would be another fault."""
+    """At a run's end: what was acknowledged and is gone, or not found, would be another fault."""
     seen = acknowledged(folder).seen
-    left = {f.id: dict(seen[f.id]) for f in findings if f.id in seen}
+    left = {f.id: dict(seen[f.id]) for f in findings if f.id in seen and not f.gone}
     if not left:
         (folder / FILE).unlink(missing_ok=True)
     elif len(left) < len(seen):
