@@ -10,10 +10,11 @@ from typing import get_args, get_type_hints
 import numpy as np
 import pytest
 from found import FOUND
+from scipy.stats import norm
 from shop import Shop
 
 from urdyn.diagnose import memory, rules
-from urdyn.diagnose.acknowledge import acknowledge, acknowledged, forget_gone
+from urdyn.diagnose.acknowledge import WORSE, Acknowledged, acknowledge, acknowledged, forget_gone
 from urdyn.diagnose.carrying import MOMENT
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.diagnosis import Diagnosis
@@ -325,7 +326,7 @@ def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_pa
     acknowledge(tmp_path, finding["id"])
     told = json.loads((tmp_path / "findings.json").read_text())
     assert told == session.write()  # what is advised, too, is as tracking again would have it
-    known, kept = acknowledged(tmp_path), Finding(**finding)
+    known, kept = acknowledged(tmp_path), Finding(**finding | {"size_sd": np.nan})
     assert known.quiets(kept)
     assert not known.quiets(replace(kept, size=2.0 * kept.size))
     with pytest.raises(InputError, match="no finding"):
@@ -334,6 +335,17 @@ def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_pa
     assert acknowledged(tmp_path).quiets(kept)
     Session(replace(session.job, index=0)).finish()  # and of one that did not: repaired, maybe
     assert not acknowledged(tmp_path).quiets(kept)
+
+
+def test_what_was_acknowledged_is_not_told_again_by_chance() -> None:
+    sd, blocks = 0.03, 1000
+    seen, *later = sd * np.random.default_rng(0).standard_normal(1 + blocks)
+    known = Acknowledged({FOUND.id: {"severity": "notice", "size": seen}})
+    small = replace(FOUND, severity="notice", size_sd=sd)
+    loud = np.mean([not known.quiets(replace(small, size=x)) for x in later])
+    beyond = 2.0 * norm.sf(2.0)  # of what has not changed, whatever it was when it was seen
+    assert loud < beyond + 4.0 * np.sqrt(beyond / blocks)
+    assert not known.quiets(replace(small, size=WORSE * abs(seen) + 2.1 * sd))
 
 
 @pytest.mark.parametrize("gone", [False, True])

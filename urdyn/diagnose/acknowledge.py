@@ -26,12 +26,12 @@ class Acknowledged:
     seen: Mapping[str, Mapping[str, Any]]
 
     def quiets(self, finding: Finding) -> bool:
-        """Whether a finding is known and no worse than it was."""
+        """Whether a finding is known and not surely worse than it was."""
         then = self.seen.get(finding.id)
         if then is None:
             return False
         worse = SEVERITIES.index(finding.severity) > SEVERITIES.index(then["severity"])
-        return not worse and abs(finding.size) <= WORSE * abs(float(then["size"]))
+        return not worse and abs(finding.size) <= WORSE * abs(float(then["size"])) + finding.chance
 
 
 def acknowledged(folder: Path) -> Acknowledged:

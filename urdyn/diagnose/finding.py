@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from urdyn.diagnose.evidence import Evidence
 from urdyn.io.run_folder import SEVERITIES
 
@@ -37,6 +39,11 @@ class Finding:
     forecast: Mapping[str, Any] | None = None  # `Course.forecast`; None: no trend is established
     older: bool = False  # it may have begun before the run; then onset_s is the first look at it
     gone: bool = False  # nothing is left of it: it was repaired, or passed
+
+    @property
+    def chance(self) -> float:
+        """By which its size may be off by chance, [unit]: 2 sd, and 0 where nobody knows it."""
+        return 2.0 * float(np.nan_to_num(self.size_sd))
 
     @property
     def says(self) -> Evidence:

@@ -118,8 +118,7 @@ def identity(suspect: Suspect, space: Space) -> str:
 
 def worse(old: Finding, new: Finding) -> bool:
     """Whether a finding has changed enough to be told again."""
-    sd = float(np.nan_to_num(new.size_sd))  # of fast kinds nobody knows it
-    more = abs(new.size - old.size) >= WORSE * abs(old.size) + 2.0 * sd
+    more = abs(new.size - old.size) >= WORSE * abs(old.size) + new.chance
     grows = new.says.growing and not old.says.growing
     return new is not old and (more or grows or new.severity != old.severity)
 
