@@ -14,6 +14,7 @@ HOUR = 3600.0
 LEFT = {"median": 300 * HOUR, "lo": 200 * HOUR, "hi": 450 * HOUR}
 GROWING = replace(FOUND, time_to_failure_s=LEFT)
 STEADY = replace(GROWING, id="steady", time_to_failure_s=None)
+KNOWN = "all that was found is known, or gone by now"
 
 
 def advice(*findings):
@@ -57,7 +58,13 @@ def test_what_somebody_has_seen_is_no_safer():
     assert seen | {"text": new["text"]} == new
     assert seen["text"] == f"{new['text']} (acknowledged)"
     known = advice(replace(STEADY, acknowledged=True))
-    assert known["text"] == "no service is due: all that was found is known"
+    assert known["text"] == f"no service is due: {KNOWN}"
+
+
+def test_nobody_is_sent_to_look_at_what_is_gone_by_now():
+    passed = replace(STEADY, id="passed", name="wrist", alarm_s=9.0, gone=True)
+    assert advice(passed)["text"] == f"no service is due: {KNOWN}"
+    assert advice(passed, STEADY)["text"] == advice(STEADY)["text"]
 
 
 def test_what_grows_is_serviced_before_it_fails():
@@ -128,4 +135,4 @@ def test_what_is_critical_and_yet_not_serviced_says_what_each_choice_costs():
     assert f"service now {of['expected_cost']['now']:.3g}" in of["text"]
     assert doubtful.advice in of["text"]
     known = recommendation([replace(doubtful, acknowledged=True)], dear)["text"]
-    assert "expected to cost" in known and known.endswith("all that was found is known")
+    assert "expected to cost" in known and known.endswith(KNOWN)

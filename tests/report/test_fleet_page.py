@@ -126,6 +126,19 @@ def test_a_push_has_a_moment_and_a_length_and_plans_no_service(tmp_path):
     assert "Elbow collision at 10.0 s for 0.97 s, warning." in row
 
 
+def test_what_is_gone_by_now_is_told_and_is_no_fault(tmp_path):
+    passed = finding("warning") | {"gone": True}
+    ill = robot(tmp_path / "ill", findings=[passed, finding("notice", joint=0)])
+    well = robot(tmp_path / "well", findings=[passed])
+    worn = robot(tmp_path / "worn", findings=[passed], friction=1.5)
+    found = gather([well, worn, ill], NOW, DAY)
+    states = [(r.name, r.state) for r in found.robots]
+    assert states == [("ill", "found"), ("worn", "changed"), ("well", "steady")]
+    row = shown([well]).replace("\u00a0", " ")
+    assert "Elbow friction increase at 10.0 s, gone by now, warning." in row
+    assert told(found)["robots"][2]["findings"][0]["gone"]
+
+
 def test_a_fault_of_the_tool_is_told_by_its_name(tmp_path):
     told = finding("warning", joint=None) | {"name": "tool", "kind": "payload_change"}
     assert "Tool payload change since" in shown([robot(tmp_path / "a", findings=[told])])

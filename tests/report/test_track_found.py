@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tracked import CRITICAL, HOUSE, JOINTS, START, columns, diagnosed, growing, summary, write
 
-from urdyn.cli.diagnosing import summed
+from urdyn.cli.diagnosing import faulty, summed
 from urdyn.diagnose.document import MEANT, TELL
 from urdyn.diagnose.doubt import GAIN
 from urdyn.diagnose.rules import read_rules
@@ -297,9 +297,20 @@ def test_times_are_told_in_their_largest_unit(seconds, words):
     ("until", "words"), [(START + 35.2, ", until 35.2 s"), (START + 30.02, " for 0.020 s")]
 )
 def test_what_is_over_at_once_is_not_told_to_last_from_a_moment_to_the_same(until, words):
-    finding = {"kind": "sensor_fault", "onset_s": START + 30.0, "older": False}
+    finding = {"kind": "sensor_fault", "onset_s": START + 30.0, "older": False, "gone": False}
     told = when(finding | {"evidence": {"until_s": until}}, START, clock(60.0))
     assert told == f"at 30.0 s{words}"
+
+
+def test_what_is_gone_is_said_to_be_and_neither_marked_nor_a_reason_to_fail(history):
+    grave = replace(growing(), severity="warning", forecast=None, time_to_failure_s=None)
+    for gone in (False, True):
+        run = summary(**diagnosed(replace(grave, gone=gone)))
+        assert faulty(run) != gone
+        html = track_page(History((history,)), run)
+        assert (", gone by now; warning." in said(html, "headline")) == gone
+        assert ('class="outside"' not in part(html, "Findings")) == gone
+        assert ("all that was found is known, or gone by now" in said(html, "advice")) == gone
 
 
 def test_a_size_has_the_digits_of_its_interval():

@@ -87,6 +87,18 @@ def test_findings_are_lines_of_their_joints():
     assert known.message == "acknowledged: friction increase, time is over"
 
 
+def test_what_is_over_is_no_error_and_what_is_gone_no_warning():
+    grave = FINDING | {"severity": "critical", "gone": True}
+    assert of_finding(grave).level == Level.OK
+    assert of_finding(grave).message == "gone by now: friction increase, 10 min left"
+    *_, arm = statuses(snapshot(), THREE, [grave])
+    assert (arm.level, arm.message) == (Level.OK, "as commissioned")
+    push = grave | {"kind": "collision", "gone": False, "time_to_failure_s": None}
+    well = push | {"kind": "sensor_fault", "evidence": {"until_s": 9.0}}
+    assert of_finding(push).level == of_finding(well).level == Level.WARN
+    assert of_finding(well | {"evidence": {}}).level == Level.ERROR
+
+
 def test_what_is_acknowledged_is_told_and_no_longer_warned_of():
     lines = statuses(snapshot(), THREE, [FINDING])
     some = acknowledged(lines, seen(lines, ["urdyn: elbow_joint"]))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from urdyn.cli.voice import Voice
+from urdyn.io.run_folder import quiet
 from urdyn.report.finding_words import ahead, lasting
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ FailOnFinding = Annotated[
     bool,
     typer.Option(
         "--fail-on-finding",
-        help="Exit with status 3 where a fault is found that is not acknowledged.",
+        help="Exit with status 3 where a fault is found, neither acknowledged nor gone by now.",
     ),
 ]
 
@@ -85,6 +86,11 @@ def undiagnosed(out: Path) -> None:
 
     for path in (out / FINDINGS, *out.glob(KEPT.format(index="*"))):
         path.unlink(missing_ok=True)
+
+
+def faulty(summary: Mapping[str, Any]) -> bool:
+    """Whether a fault was found that is not quiet."""
+    return not all(map(quiet, summary.get("findings", ())))
 
 
 def summed(summary: dict[str, Any]) -> str:

@@ -17,6 +17,7 @@ from urdyn.cli.diagnosing import (
     Hours,
     NoDiagnosis,
     RulesFile,
+    faulty,
     known_rules,
     onlooker,
     summed,
@@ -147,7 +148,7 @@ def track(
     _tell(summary, voice)
     for path in hand(fit, summary, hand_over or (), out):
         voice.note(f"written: {path}")
-    if fail_on_finding and any(not f["acknowledged"] for f in summary.get("findings", ())):
+    if fail_on_finding and faulty(summary):
         raise typer.Exit(FAILED)
 
 

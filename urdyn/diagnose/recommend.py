@@ -11,7 +11,7 @@ import numpy as np
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.trust import PASSING
 from urdyn.faults.decision import Costs, Decision, decide, outlook
-from urdyn.io.run_folder import SEVERITIES
+from urdyn.io.run_folder import SEVERITIES, quiet
 from urdyn.types import Array
 
 SOON = 1e-3  # [h] in which what is past its critical level is taken to end the work
@@ -134,12 +134,12 @@ def _no_service(
     """
     if not findings:
         return _nothing_found([name for name, enough in judged.items() if not enough], len(judged))
-    fresh = [f for f in findings if not f["acknowledged"]]
+    fresh = [f for f in findings if not quiet(f)]
     due = "no service is due"
     if worst["never"] > 0.0:  # something is expected to fail, and no service would pay
         due = f"{due}, {_weighed(worst)}"
     if not fresh:
-        return f"{due}: all that was found is known"
+        return f"{due}: all that was found is known, or gone by now"
     gravest = max(fresh, key=lambda f: (SEVERITIES.index(f["severity"]), f["alarm_s"]))
     alike = dict.fromkeys(f["name"] for f in fresh if f["advice"] == gravest["advice"])
     return f"{due}; {', '.join(alike)}: {gravest['advice']}"

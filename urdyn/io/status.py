@@ -9,6 +9,7 @@ from enum import IntEnum
 from typing import Any
 
 from urdyn.io.bags.joints import JOINTS
+from urdyn.io.run_folder import over, quiet
 from urdyn.io.spans import NEVER, span
 
 
@@ -37,7 +38,7 @@ def of_finding(
 ) -> Status:
     """A finding of `urdyn track` as a line: ERROR where it is critical or its time is over.
 
-    OK where it was acknowledged.
+    Only WARN where the fault itself is over, OK where it calls for nobody.
     """
     joint = finding.get("joint")
     whose = joints[joint] if isinstance(joint, int) and 0 <= joint < len(joints) else joint
@@ -46,9 +47,10 @@ def of_finding(
     message = kind + _in_time(left)
     values = tuple((key, _said(value)) for key, value in finding.items())
     grave = finding.get("severity") == "critical" or left == 0.0
-    level = Level.ERROR if grave else Level.WARN
-    if finding.get("acknowledged"):
-        level, message = Level.OK, f"acknowledged: {message}"
+    level = Level.ERROR if grave and not over(finding) else Level.WARN
+    if quiet(finding):
+        why = "gone by now" if finding.get("gone") else "acknowledged"
+        level, message = Level.OK, f"{why}: {message}"
     return Status(level, f"urdyn: {whose or 'arm'}", message, values, hardware_id)
 
 

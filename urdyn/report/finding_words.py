@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from urdyn.io.run_folder import over
 from urdyn.io.spans import Clock, span_of
 from urdyn.report.digits import interval90, number, percent
 from urdyn.report.names import spoken
 
 BEFORE = "the start of the run or before"
 UNJUDGED = "not judged"
-PUSH = "collision"  # the kind that begins and ends
 KINDS = {
     "friction_increase": "friction increase",
     "health_degradation": "drive health loss",
@@ -31,11 +31,6 @@ def kind(finding: Mapping[str, Any]) -> str:
     return KINDS.get(name, name.replace("_", " "))
 
 
-def over(finding: Mapping[str, Any]) -> bool:
-    """Whether it is over by now: a push, or a sensor that has recovered."""
-    return finding["kind"] == PUSH or "until_s" in finding["evidence"]
-
-
 def when(finding: Mapping[str, Any], start: float, time: Clock) -> str:
     """Since when it is there, or when it was and for how long; `start` is the first stamp [s]."""
     evidence, began = finding["evidence"], finding["onset_s"] - start
@@ -45,6 +40,8 @@ def when(finding: Mapping[str, Any], start: float, time: Clock) -> str:
         since = f"at {time(began)}"
     else:
         since = f"since {time(began)}"
+    if finding["gone"]:
+        return f"{since}, gone by now"
     lasted = evidence.get("duration_s")
     if "until_s" in evidence:
         ended = time(evidence["until_s"] - start)

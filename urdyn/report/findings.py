@@ -12,14 +12,13 @@ import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.io.plain import plain
-from urdyn.io.run_folder import FINDINGS, SEVERITIES, Entry
-from urdyn.report.finding_words import over
+from urdyn.io.run_folder import FINDINGS, SEVERITIES, Entry, over, quiet
 from urdyn.report.track.change import LEVELS, Levels
 
 RANKS = {name: 1.0 + k for k, name in enumerate(SEVERITIES)}  # any other word is lower
 DUE = ("now", "later")  # recommendations where a service pays
 LEFT = ("median", "lo", "hi")
-TOLD = ("kind", "joint", "name", "onset_s", "severity", "confidence", "acknowledged")
+TOLD = ("kind", "joint", "name", "onset_s", "severity", "confidence", "acknowledged", "gone")
 LASTING = ("duration_s", "until_s")  # of the evidence, shown in a list of many
 DAMAGE = (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError)
 
@@ -77,9 +76,9 @@ def urgency(finding: Entry) -> tuple[float, float, float]:
     return gravity(finding), -(_time(left["median"]) if left else np.inf), finding["confidence"]
 
 
-def gravity(finding: Entry) -> float:
-    """Rank of its severity; acknowledged ones rank below all, past ones as a notice."""
-    rank = 0.0 if finding["acknowledged"] else RANKS.get(finding["severity"], 0.0)
+def gravity(finding: Mapping[str, Any]) -> float:
+    """Rank of its severity; quiet ones rank below all, past ones as a notice."""
+    rank = 0.0 if quiet(finding) else RANKS.get(finding["severity"], 0.0)
     return min(rank, RANKS["notice"]) if over(finding) else rank
 
 
@@ -108,6 +107,7 @@ def _whole(entry: Mapping[str, Any], joints: Sequence[str]) -> Entry:
         "time_to_failure_s": left and {end: _time(left[end]) for end in LEFT},
         "acknowledged": bool(entry.get("acknowledged", False)),
         "older": bool(entry.get("older", False)),
+        "gone": bool(entry.get("gone", False)),
         "evidence": {end: _finite(said[end]) for end in LASTING if said.get(end) is not None},
     }
 
@@ -131,9 +131,9 @@ def _numbers(levels: Mapping[str, Any]) -> Mapping[str, float]:
 
 
 def _due(whole: Mapping[str, Any]) -> str:
-    """When a service is recommended for a finding that is not acknowledged."""
+    """When a service is recommended for a finding that is not quiet."""
     said = whole.get("recommendation") or {}
-    known = {entry.get("id") for entry in whole["findings"] if entry.get("acknowledged")}
+    known = {entry.get("id") for entry in whole["findings"] if quiet(entry)}
     if said.get("finding") is None or said["finding"] in known or said["advice"] not in DUE:
         return ""
     return str(said["advice"])

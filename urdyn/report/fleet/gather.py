@@ -11,7 +11,7 @@ import numpy as np
 
 from urdyn.errors import UrdynError
 from urdyn.io.plain import plain
-from urdyn.io.run_folder import MISSES, REPORT, Entry
+from urdyn.io.run_folder import MISSES, REPORT, Entry, quiet
 from urdyn.io.spans import Clock, clock
 from urdyn.report.findings import RANKS, Arm, gravity, read_findings, urgency
 from urdyn.report.findings import told as as_told
@@ -70,8 +70,8 @@ class Robot:
 
     @property
     def state(self) -> str:
-        """One of STATES."""
-        if self.findings:
+        """One of STATES: where all that was found is gone, as if nothing had been."""
+        if self.findings and not all(f["gone"] for f in self.findings):
             return _state(self.findings, self.due, bool(self.doubt))
         if self.moved:
             return "changed"
@@ -187,7 +187,7 @@ def _state(findings: Sequence[Entry], due: str, doubted: bool) -> str:
 
     If that is to check its twin, or its stream, nothing is known of the arm.
     """
-    known = all(f["acknowledged"] for f in findings)
+    known = all(map(quiet, findings))
     if doubted and not known:
         return "doubted"
     worst = findings[0]

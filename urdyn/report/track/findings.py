@@ -12,7 +12,7 @@ from urdyn.io.spans import Clock
 from urdyn.report.canvas import BAND, OURS, band, figure, line, rule, shade
 from urdyn.report.digits import fixed, number, percent
 from urdyn.report.finding_words import BEFORE, factor, kind, left, size, unit
-from urdyn.report.findings import ranked
+from urdyn.report.findings import RANKS, gravity, ranked
 from urdyn.report.markup import Html, cell, grid, paragraph, plot, section, table, tag, text
 from urdyn.report.names import spoken
 from urdyn.report.track.history import History
@@ -55,7 +55,7 @@ def _costs(of: Mapping[str, Any]) -> Html:
 
 def _row(finding: Mapping[str, Any], clock: Clock, start: float) -> list[Html]:
     seen = ", acknowledged" if finding["acknowledged"] else ""
-    bad = "outside" if finding["severity"] != "notice" and not seen else ""
+    bad = "outside" if gravity(finding) > RANKS["notice"] else ""
     return [
         text(kind(finding)),
         text(spoken(finding["name"])),
