@@ -19,6 +19,7 @@ from urdyn.cli.app import app
 from urdyn.diagnose.document import findings_document
 from urdyn.report.fleet.gather import STATES, gather, names, told
 from urdyn.report.fleet.page import WORDS, fleet_page, headline, sentence
+from urdyn.report.track import history
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 JOINTS = ("shoulder_joint", "elbow_joint")
@@ -340,6 +341,21 @@ def test_a_run_that_is_not_over_is_read_from_its_parts(tmp_path):
     os.utime(folder / "history.parquet", (NOW + 1.0, NOW + 1.0))
     (found,) = gather([folder], NOW, DAY).robots
     assert found.finished and found.span == pytest.approx(0.1 * (ROWS - 1))
+
+
+def test_the_parts_of_a_run_that_goes_on_are_opened_once_and_joined_whole(tmp_path, monkeypatch):
+    opened, whole = [], table(friction=2.0, slip=0.01)
+    real = history._opened
+    monkeypatch.setattr(history, "_opened", lambda path: opened.append(path) or real(path))
+    monkeypatch.setattr(history, "GROUP", 4)
+    files = tuple(tmp_path / f"part-{k:06d}.parquet" for k in range(10))
+    for k, path in enumerate(files):
+        pq.write_table(whole[200 * k : 200 * (k + 1)], path)
+    run = history.History(files, finished=False)
+    for name in run.names:
+        np.testing.assert_array_equal(run.column(name), whole[name].to_numpy())
+    joined = 1 + len(files)  # for the columns there are, then each for its rows
+    assert len(opened) == joined + 1 and not opened[-1].exists()
 
 
 def test_the_page_is_one_small_file_that_needs_nothing(folders):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ SD = ".sd"  # after the name of a quantity: the column of its standard deviation
 GROSS = 0.01  # [-] of the rows, whose surprise counts as gross errors, not as misfit
 EXPLAINED = 2.0  # [s] before a change is reported, in which it may have happened
 PAYLOAD = "payload"
+GROUP = 100  # parts whose rows are compressed together
 PREFIX = "urdyn."  # before the keys of metadata
 
 
@@ -93,12 +94,10 @@ class History:
         if name not in self.names:
             raise LogError(f"its history has no column {name!r}; track with this version")
         try:
-            files = chain([self._first], map(_opened, self.files[1:]))
-            tables = [file.read([name], use_threads=False) for file in files]
+            table = self._file.read([name], use_threads=False)
         except (pa.ArrowException, OSError) as error:
             raise _broken(error) from error
-        whole = [np.asarray(table.column(name).to_numpy(), dtype=float) for table in tables]
-        return np.concatenate(whole)
+        return np.asarray(table.column(name).to_numpy(), dtype=float)
 
     def series(self, owner: str, quantity: str) -> Series:
         """A quantity on the rows where it is known."""
@@ -160,20 +159,17 @@ class History:
         return str(self.provenance.get("source", ""))
 
     @cached_property
-    def _first(self) -> pq.ParquetFile:
-        """The first file, kept open, since the metadata of a day's row groups takes long to read.
-
-        The parts of a run in progress are many and small: each is opened when it is read.
-        """
+    def _file(self) -> pq.ParquetFile:
+        """Kept open, since the metadata of a day's row groups takes long to read."""
         try:
-            return _opened(self.files[0])
+            return _opened(self.files[0]) if len(self.files) == 1 else _joined(self.files)
         except (pa.ArrowException, OSError) as error:
             raise _broken(error) from error
 
     @property
     def _schema(self) -> Any:
         """Columns and metadata, as Arrow knows them."""
-        return self._first.schema_arrow
+        return self._file.schema_arrow
 
     def _told(self, key: str) -> Mapping[str, Any]:
         """The project's own metadata."""
@@ -213,6 +209,21 @@ def find_history(folder: Path) -> History:
 def _opened(path: Path) -> pq.ParquetFile:
     """A file, by the bytes of its name, which may not be valid text."""
     return pq.ParquetFile(pa.OSFile(os.fsencode(path)))
+
+
+def _joined(paths: Sequence[Path]) -> pq.ParquetFile:
+    """Parts as one file, which lasts as long as it is open.
+
+    They are many and small, and each is opened once: to open it takes as long as to read it.
+    """
+    with NamedTemporaryFile() as whole:
+        schema = _opened(paths[0]).schema_arrow
+        with pq.ParquetWriter(whole, schema, compression="zstd", use_dictionary=False) as writer:
+            for k in range(0, len(paths), GROUP):
+                parts = [_opened(path).read(use_threads=False) for path in paths[k : k + GROUP]]
+                writer.write_table(pa.concat_tables(parts).combine_chunks())
+        whole.flush()
+        return _opened(Path(whole.name))
 
 
 def _broken(error: Exception) -> LogError:
