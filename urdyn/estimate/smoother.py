@@ -1,9 +1,15 @@
 """Beliefs about the past, in the light of what came after it.
 
-    G = P Fᵀ (P⁻)⁻¹,   x_s = x + G (x_s' - x'⁻),   P_s = (1 - G F) P (1 - G F)ᵀ + G (Q + P_s') Gᵀ
+What is read later tells of a slice as readings of noise 1 do, z = W (x - x̂) + e about what the
+filter believed. They are taken back over the slices, and meet its belief in each [Fraser1969]_.
+With a prime for the slice after, a minus for what was predicted and P = L Lᵀ,
 
-backwards over the slices [Rauch1965]_; the prime is the next slice, the minus its prediction, and
-the covariance is written as a sum of squares. Transitions are linearised where the filter stood.
+    W⁺ = [W'; V H],    z⁺ = [z'; V (y - h(x⁻) - H (x̂' - x⁻))],    V R Vᵀ = 1
+    W = C⁻¹ W⁺ F,      z = C⁻¹ (z⁺ + W⁺ (x̂' - x⁻)),               C Cᵀ = 1 + W⁺ Q W⁺ᵀ
+    P_s = L (1 + Lᵀ Wᵀ W L)⁻¹ Lᵀ,    x_s = x̂ + P_s Wᵀ z
+
+Neither F, Q nor a belief is inverted: of states that fade and that hardly any noise moves, this
+would magnify rounding in each slice. Transitions are linearised where the filter stood.
 """
 
 from __future__ import annotations
@@ -15,22 +21,28 @@ import numpy as np
 
 from urdyn.dbn.smoothed import Smoothed
 from urdyn.dbn.two_slice import TwoSlice, U
-from urdyn.estimate.innovation import Innovation
-from urdyn.estimate.linearised import correct, propagated, without_negatives
+from urdyn.estimate.innovation import Innovation, measured_rows, whitening
+from urdyn.estimate.linearised import (
+    Expected,
+    linear_rows,
+    propagated,
+    updated,
+    without_negatives,
+)
 from urdyn.estimate.protocol import paired
-from urdyn.estimate.square_root import inverse, pseudo_inverse
+from urdyn.estimate.square_root import ROUNDING, lower_root
 from urdyn.given import given_count
-from urdyn.types import Array, Gaussian, frozen
+from urdyn.types import Array, Gaussian
 
 
 @dataclass(frozen=True, eq=False)
 class Passed:
     """One slice as the filter went through it."""
 
-    F: Array  # (n, n) from the slice before
+    moves: Array  # (n + 1, n + 1) [[F, x̂ - x⁻], [0, 1]], from the slice before
     Q: Array  # (n, n)
-    predicted: Gaussian
     filtered: Gaussian
+    read: Array  # (r, n + 1) [W z] of its own readings
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +81,10 @@ class FixedLag:
 
     def belief(self, state: Recent) -> Gaussian:
         """Of the slice `lag` ago; of the prior's until so many have passed."""
-        history = _backward(state)
-        return Gaussian(history.mean[0], history.cov[0])
+        later = _nothing(state.before)
+        for slice_ in reversed(state.passed):
+            later = _undisturbed(slice_, later) @ slice_.moves
+        return _beside(state.before, later)
 
 
 def smooth(
@@ -91,41 +105,67 @@ def smooth(
 
 
 def _forward(model: TwoSlice[U], state: Gaussian, u: U, y: Array) -> tuple[Passed, Innovation]:
-    F = frozen(model.transition_jacobian(state.mean, u))
-    Q = frozen(model.transition_cov(u))
+    F, Q = model.transition_jacobian(state.mean, u), model.transition_cov(u)
     predicted = Gaussian(model.transition(state.mean, u), propagated(F, state.cov) + Q)
-    filtered, innovation = correct(model, predicted, u, y)
-    return Passed(F, Q, predicted, filtered), innovation
+    rows, n = measured_rows(y), len(F)
+    seen, H, R = linear_rows(model, predicted.mean, u, rows)
+    cross = H @ predicted.cov
+    own = cross @ H.T
+    filtered, innovation = updated(predicted, Expected(seen, cross, own, R), y, rows)
+    moves = np.eye(n + 1)
+    moves[:n, :n], moves[:n, n] = F, filtered.mean - predicted.mean
+    left = y[rows] - seen - H @ moves[:n, n]
+    # R may be singular where S is not: no reading has less noise than rounding leaves of S.
+    V, _ = whitening(R + ROUNDING * np.diag((own + R).diagonal()))
+    return Passed(moves, Q, filtered, V @ np.column_stack([H, left])), innovation
 
 
 def _backward(state: Recent) -> Smoothed:
     """From the newest slice to the oldest; the belief before the first comes out at index 0."""
-    later = state.last
-    means, covs, crosses = [later.mean], [later.cov], []
+    later, n = _nothing(state.before), len(state.before.mean)
+    means, covs, crosses = [state.last.mean], [state.last.cov], []
     filtered = [state.before, *(p.filtered for p in state.passed[:-1])]
     for here, slice_ in zip(reversed(filtered), reversed(state.passed), strict=False):
-        later, cross = _one_back(here, slice_, later)
-        means.append(later.mean)
-        covs.append(later.cov)
-        crosses.append(cross)
-    n = len(later.mean)
+        told = _undisturbed(slice_, later)
+        later = told @ slice_.moves
+        belief = _beside(here, later)
+        # How the next slice moves with this one in the light of all later: (1 + Q W⁺ᵀ W⁺)⁻¹ F.
+        A = slice_.moves[:n, :n] - slice_.Q @ told[:, :n].T @ later[:, :n]
+        means.append(belief.mean)
+        covs.append(belief.cov)
+        crosses.append(A @ belief.cov)
     return Smoothed(
         np.array(means[::-1]), np.array(covs[::-1]), np.reshape(crosses[::-1], (-1, n, n))
     )
 
 
-def _one_back(here: Gaussian, next_: Passed, later: Gaussian) -> tuple[Gaussian, Array]:
-    """Smoothed belief of a slice, and the covariance of the next with it, (n, n)."""
-    G = here.cov @ next_.F.T @ _inverse(next_.predicted.cov)
-    mean = here.mean + G @ (later.mean - next_.predicted.mean)
-    kept = np.eye(len(mean)) - G @ next_.F
-    cov = kept @ here.cov @ kept.T + G @ (next_.Q + later.cov) @ G.T
-    return Gaussian(mean, without_negatives(0.5 * (cov + cov.T))), later.cov @ G.T
+def _nothing(belief: Gaussian) -> Array:
+    """What is read later than the newest slice, (0, n + 1)."""
+    return np.zeros((0, len(belief.mean) + 1))
 
 
-def _inverse(cov: Array) -> Array:
-    """Of a covariance; nothing is to be learnt in the directions that have no variance."""
-    try:
-        return inverse(cov)
-    except np.linalg.LinAlgError:
-        return pseudo_inverse(cov)
+def _undisturbed(here: Passed, later: Array) -> Array:
+    """What is read from a slice on, [W z], (k, n + 1), of where it would be without its Q.
+
+    No more than n readings are kept: they tell all.
+    """
+    n = len(here.Q)
+    told = np.concatenate([later, here.read])
+    if len(told) > n:
+        told = np.asarray(np.linalg.qr(told, mode="r"))[:n]
+    W = told[:, :n]
+    noise = np.eye(len(W)) + without_negatives(W @ here.Q @ W.T)
+    return np.asarray(np.linalg.solve(lower_root(noise), told))
+
+
+def _beside(belief: Gaussian, later: Array) -> Gaussian:
+    """The belief in the light of readings [W z], (k, n + 1), about its mean."""
+    if not len(later):
+        return belief
+    n, L = len(belief.mean), lower_root(belief.cov)
+    white = np.eye(n + 1)
+    white[:n, :n] = L
+    rows = np.concatenate([later @ white, np.eye(n, n + 1)])
+    R = np.asarray(np.linalg.qr(rows, mode="r"))
+    root = L @ np.linalg.inv(R[:n, :n])
+    return Gaussian(belief.mean + root @ R[:n, n], root @ root.T)
