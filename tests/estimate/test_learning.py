@@ -26,6 +26,7 @@ from urdyn.dbn import (
     observation_residuals,
     process_residuals,
 )
+from urdyn.dbn.movements import TINY
 from urdyn.errors import InputError
 from urdyn.estimate import (
     Kalman,
@@ -33,6 +34,7 @@ from urdyn.estimate import (
     expectation_maximisation,
     maximise_evidence,
     parameter_cov,
+    smooth,
     track,
 )
 from urdyn.types import Array, Gaussian
@@ -216,6 +218,22 @@ def test_an_edge_is_learnt_through_noise() -> None:
     assert best.log_likelihood[-1] - few.log_likelihood[-1] > 1e-2
     sd = curvature_sd(misfit, np.array([coefficient]))[0]
     assert abs(coefficient - 0.7) < 4 * sd
+
+
+@pytest.mark.parametrize("time_constant", [np.inf, 5.0])
+def test_of_what_nothing_moves_no_rounding_is_learnt(time_constant: float) -> None:
+    pair = Network(
+        (Node("f", sd=0.1), Node("alpha", sd=0.1, time_constant=time_constant)),
+        (Edge("f", "alpha", 0.5),),
+    )
+    model, inputs = told_by(pair, {"f": 1, "alpha": 1}, np.array([0.1, 0.2])), ticks(60)
+    y = simulate(model, inputs, np.random.default_rng(47))[1]
+    history, _ = smooth(model, inputs, y)
+    learnt = learn_diffusion(process_residuals(model, inputs, history), np.ones(60))
+    np.testing.assert_array_equal(learnt, 0.0)
+    found = learn_network(pair, {"f": 1, "alpha": 1}, history, np.ones(60))
+    still = [node for node in found.nodes if node.time_constant == np.inf]  # no mean fades
+    assert all(node.diffusion[0] <= TINY**0.5 for node in still)
 
 
 def told_by(network: Network, sizes: dict[str, int], noise: Array) -> Model:

@@ -9,6 +9,7 @@ import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U, linearised
 from urdyn.errors import InputError
+from urdyn.given import ROUNDING
 from urdyn.types import Array, frozen, shaped
 
 
@@ -37,7 +38,7 @@ class Smoothed:
         """E[(x_t - x_t-1)(x_t - x_t-1)ᵀ], (N, n, n)."""
         moved = np.diff(self.mean, axis=0)
         both = self.cross + np.swapaxes(self.cross, 1, 2)
-        return np.asarray(_outer(moved) + self.cov[1:] + self.cov[:-1] - both)
+        return _left(_outer(moved), self.cov[1:] + self.cov[:-1], both)
 
 
 def process_residuals(model: TwoSlice[U], inputs: Sequence[U], history: Smoothed) -> Array:
@@ -48,8 +49,8 @@ def process_residuals(model: TwoSlice[U], inputs: Sequence[U], history: Smoothed
         F = model.transition_jacobian(history.mean[t], u)
         w = history.mean[t + 1] - model.transition(history.mean[t], u)
         CF = history.cross[t] @ F.T
-        spread = history.cov[t + 1] - CF - CF.T + F @ history.cov[t] @ F.T
-        found.append(np.outer(w, w) + spread)
+        spread = history.cov[t + 1] + F @ history.cov[t] @ F.T
+        found.append(_left(np.outer(w, w), spread, CF + CF.T))
     return np.array(found)
 
 
@@ -72,6 +73,13 @@ def _require_slices(history: Smoothed, **counts: int) -> None:
     for what, count in counts.items():
         if count != slices:
             raise InputError(f"there are {count} {what}, and the history has {slices} slices")
+
+
+def _left(squares: Array, spread: Array, common: Array) -> Array:
+    """squares + spread - common, (..., n, n); none of a state of which only rounding is left."""
+    found = squares + spread - common
+    moves = np.diagonal(found - ROUNDING * spread, axis1=-2, axis2=-1) > 0.0
+    return np.asarray(found * (moves[..., :, None] & moves[..., None, :]))
 
 
 def _outer(x: Array) -> Array:
