@@ -172,3 +172,4 @@ def test_what_is_one_for_all_and_what_is_listed_is_taken() -> None:
     assert ramp([]).names == NAMES
     learnt = learn_network(PAIR, {"a": 1, "b": 1}, HISTORY, [1.0, 0.0, 1.0])  # type: ignore[arg-type]
     assert learnt == learn_network(PAIR, {"a": 1, "b": 1}, HISTORY, np.array([1.0, 0.0, 1.0]))
+    assert learn_diffusion(np.ones((2, 1, 1)), [4.0, 4.0]) == 0.5  # type: ignore[arg-type]

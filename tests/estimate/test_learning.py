@@ -133,7 +133,7 @@ def test_the_doubt_of_a_parameter_is_in_its_unit(unit: float) -> None:
         return Joined(RandomWalk(("x",), known, np.zeros(1)), seen)
 
     variance = np.mean(y**2, axis=0)
-    cov = parameter_cov(variance, noise, ticks(40), y, scale=unit**2)
+    cov = parameter_cov(variance[0], noise, ticks(40), y, scale=unit**2)
     np.testing.assert_allclose(np.sqrt(cov[0]), variance * np.sqrt(2 / 40), rtol=0.05)
 
 

@@ -23,8 +23,10 @@ from urdyn.estimate import (
     Kalman,
     ParticleFilter,
     Variational,
+    expectation_maximisation,
     follow_ramp,
     maximise_evidence,
+    parameter_cov,
     posterior_bound,
     ramp_bank,
     ramp_bound,
@@ -52,6 +54,12 @@ def nothing() -> Model:
 MODEL, SEEN = seen_together(1.0), np.ones((3, 1))
 
 
+def climb(**settings: Any) -> object:
+    return expectation_maximisation(
+        1.0, lambda _: MODEL, lambda one, _: one, ticks(3), SEEN, **settings
+    )
+
+
 @pytest.mark.parametrize(
     "filter_, settings",
     [
@@ -69,6 +77,8 @@ MODEL, SEEN = seen_together(1.0), np.ones((3, 1))
         *((EKF, {"iterations": count}) for count in (0, 1.5, "2")),
         *((FixedLag, {"lag": lag}) for lag in (-1, 1.5)),
         *((Variational, {"iterations": count}) for count in (0, 1.5)),
+        *((Variational, {"tolerance": limit}) for limit in (-1.0, np.nan)),
+        (Consider, {"learnt": "ab"}),
         *((Variational, {"step_size": size}) for size in (0.0, -1.0, 2.0, np.nan)),
         *((Bank, {"hazard": hazard, "jumps": JUMPS}) for hazard in (0.0, 1.0, -0.1, np.nan)),
         *((Bank, {"onsets": count, "jumps": JUMPS}) for count in (0, 1, 1.5)),
@@ -166,7 +176,12 @@ def test_a_history_that_fits_no_model_is_refused(
             lambda: posterior_bound(MODEL, ticks(3), lives=np.ones((2, 1, 2))),
             "lives have the shape",
         ),
+        (lambda: posterior_bound(MODEL, ticks(3), lives=np.ones((3, 0, 2))), r"is \(3, 1, 2\)"),
         (lambda: posterior_bound(seen_together(0.0), ticks(3)), "sensor has noise"),
+        (lambda: climb(iterations=0), "iterations 0: takes a whole number, 1 or more"),
+        (lambda: climb(tolerance=-1.0), "tolerance -1.0: takes a finite number, 0 or more"),
+        (lambda: parameter_cov(np.eye(2), lambda _: MODEL, ticks(3), SEEN), "^at "),
+        (lambda: maximise_evidence(np.eye(2), lambda _: MODEL, ticks(3), SEEN), "^start "),
         (lambda: posterior_bound(MODEL, ticks(3))["c"], "no state c"),
     ],
 )

@@ -25,6 +25,7 @@ def learn_diffusion(residuals: Array, dt: Array) -> Array:
 
     Slices in which no time passes are left out; InputError where there are no others.
     """
+    dt = frozen(dt)
     passed = _passed(dt, len(residuals))
     variances = np.diagonal(residuals[passed], axis1=1, axis2=2) / dt[passed, None]
     return np.asarray(np.sqrt(variances.mean(axis=0)))

@@ -83,7 +83,8 @@ def _require_fitting(
 ) -> None:
     """InputError where observations or lives are of other slices or states than the model's."""
     seen = (len(inputs), *(len(model.observe_cov(u)) for u in inputs[:1]))
-    lived = (len(inputs), *(() if lives is None else lives.shape[1:2]), len(model.names))
+    count = () if lives is None else lives.shape[1:2]
+    lived = (len(inputs), *(max(k, 1) for k in count), len(model.names))
     for what, given, shape in ("observations", observations, seen), ("lives", lives, lived):
         if given is not None and given.shape != shape:
             raise InputError(f"{what} have the shape {given.shape}; of this model it is {shape}")

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.errors import InputError
 from urdyn.estimate.bare_belief import BareBelief
 from urdyn.estimate.innovation import Innovation
 from urdyn.estimate.linearised import correct, predict
@@ -25,6 +26,8 @@ class Consider(BareBelief):
     learnt: frozenset[str] = frozenset()  # states whose mean may move; the others are considered
 
     def __post_init__(self) -> None:
+        if isinstance(self.learnt, str):  # it would be taken for its letters
+            raise InputError(f"learnt {self.learnt!r}: takes a set of names of states")
         object.__setattr__(self, "learnt", frozenset(self.learnt))
 
     def init(self, model: TwoSlice[U]) -> Gaussian:

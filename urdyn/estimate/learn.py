@@ -14,7 +14,7 @@ from urdyn.errors import InputError
 from urdyn.estimate.ekf import EKF
 from urdyn.estimate.protocol import track
 from urdyn.estimate.smoother import smooth
-from urdyn.given import given, positive
+from urdyn.given import given, given_count, given_number, not_negative, positive
 from urdyn.types import Array
 
 Setting = TypeVar("Setting")
@@ -51,7 +51,12 @@ def expectation_maximisation(
     rounds are short: one that gains little may have far to go. The likelihood never falls where
     `maximise` does what its name says; where it does fall, what the round before began with is
     returned, and that has not converged where the fall is of more than `tolerance`.
+
+    Raises:
+        InputError: there is no round, or a tolerance below 0.
     """
+    iterations = given_count(iterations, "iterations")
+    given_number(tolerance, "tolerance", "a finite number, 0 or more", not_negative)
     before, setting, climbed, gained = start, start, [-np.inf], np.inf
     for _ in range(iterations):
         history, log_likelihood = smooth(build(setting), inputs, observations)
@@ -96,7 +101,7 @@ def maximise_evidence(
         except InputError:  # no belief is possible there: the search turns back
             return np.inf
 
-    at = np.asarray(start, dtype=np.float64)
+    at = given(start, "start")
     unit = _units(scale, at)
     climbed, reach = [evidence(at)], FAR
     for _ in range(SEARCHES):
@@ -135,8 +140,8 @@ def parameter_cov(
         InputError: it does not fall in all directions: this is no maximum, or nothing tells of
             some parameter; a scale is not above 0.
     """
-    evidence = _evidence(build, inputs, observations)
-    at, p = np.asarray(at, dtype=np.float64), len(at)
+    evidence, at = _evidence(build, inputs, observations), given(at, "at")
+    p = len(at)
     step, top = FIRST_STEP * _units(scale, at), evidence(at)
     for _ in range(2):  # the second time by steps that suit
         sides = np.array([[evidence(at + way), evidence(at - way)] for way in np.diag(step)])

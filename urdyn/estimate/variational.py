@@ -30,7 +30,7 @@ from urdyn.estimate.linearised import updated
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
 from urdyn.estimate.square_root import SquareRoot, lower_root
 from urdyn.estimate.ukf import UKF, wide
-from urdyn.given import given_count
+from urdyn.given import given_count, given_number, not_negative
 from urdyn.types import Array, Gaussian
 
 
@@ -47,6 +47,7 @@ class Variational:
         object.__setattr__(self, "iterations", given_count(self.iterations, "iterations"))
         if not 0.0 < self.step_size <= 1.0:
             raise InputError(f"step_size {self.step_size}: above 0, and 1 at most")
+        given_number(self.tolerance, "tolerance", "a finite number, 0 or more", not_negative)
 
     def init(self, model: TwoSlice[U]) -> SquareRoot:
         """The model's prior."""
