@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import is_dataclass, replace
 from pathlib import Path
-from typing import get_args, get_type_hints
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pytest
@@ -22,6 +22,7 @@ from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.job import Job
+from urdyn.diagnose.memory import Memory
 from urdyn.diagnose.offline import diagnose
 from urdyn.diagnose.pace import BEAT, Pace
 from urdyn.diagnose.prognosis import FAN, Course, trend
@@ -30,9 +31,11 @@ from urdyn.diagnose.session import Session
 from urdyn.diagnose.state import Now, State
 from urdyn.diagnose.verdict import of_change, up_to_date
 from urdyn.errors import InputError
+from urdyn.io import writing
 from urdyn.signal import Instant
 
 PUSH = "collision:link=4,force=90/0/60,onset=6"
+RUN = {"run": "this"}
 NAMES = ("t", "q", "v", "a", "jerk", "current", "temperature", "shift", "instrumental")
 
 
@@ -127,21 +130,52 @@ def test_a_controller_that_begins_anew_ends_no_diagnosis(shop: Shop) -> None:
 
 def test_a_diagnosis_goes_on_where_its_memory_ends(shop: Shop, tmp_path: Path) -> None:
     log = shop.log(PUSH, seconds=9.0)
-    diagnosis, whole = shop.diagnosis(log), None
-    state = diagnosis.init()
+    diagnosis, again = shop.diagnosis(log), None
+    state, kept = diagnosis.init(), Memory(tmp_path, RUN)
     for k, now in enumerate(instants(shop, log)):
-        if k == 655:  # amid a beat, a moment and a block, just after the push
-            memory.save(state, {"run": "this"}, tmp_path / "kept.npz")
-            again = memory.load({"run": "this"}, tmp_path / "kept.npz")
-            whole = state
-        if whole is not None:
+        if k in (100, 380, 655):  # amid a beat, a moment and a block; at last just after the push
+            kept.keep(state, k)
+        if k == 655:
+            again = Memory(tmp_path, RUN).at(k)
+        if again is not None:
             again, _ = diagnosis.step(again, now)
         state, _ = diagnosis.step(state, now)
+    assert again is not None
     none = ((), (), (), {}, {}, diagnosis.rules)
     one, other = (findings_document(s.findings, *none) for s in (again, state))
     assert one == other
     assert len(state.findings) == 1
-    np.testing.assert_array_equal(again.slow.bank.P, state.slow.bank.P)
+    assert whole(again, tmp_path / "again") == whole(state, tmp_path / "state")
+
+
+def whole(state: State, folder: Path) -> bytes:
+    """All that there is to remember of a state, to the last bit."""
+    folder.mkdir()
+    Memory(folder, RUN).keep(state, 1)
+    (path,) = folder.iterdir()
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("again", [2000, 3000])  # a run may end at the sample that it was kept at
+def test_a_diagnosis_that_is_killed_while_it_is_kept_goes_on_at_the_sample_before(
+    shop: Shop, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, again: int
+) -> None:
+    diagnosis = shop.diagnosis(shop.log(seconds=2.0))
+    state, kept = diagnosis.init(), Memory(tmp_path, RUN)
+    kept.keep(replace(state, slow=diagnosis.slow.init()), 1000)
+    kept.keep(state, 2000)
+
+    def killed(path: Path) -> Any:
+        if path.name == f"diagnosis-{again}.npz":
+            raise InterruptedError
+        return writing(path)
+
+    monkeypatch.setattr(memory, "writing", killed)
+    with pytest.raises(InterruptedError):
+        kept.keep(state, again)
+    monkeypatch.undo()
+    goes_on = Memory(tmp_path, RUN).at(2000)
+    assert whole(goes_on, tmp_path / "goes_on") == whole(state, tmp_path / "state")
 
 
 def test_a_memory_knows_all_that_a_diagnosis_is_made_of_by_its_own_name() -> None:
@@ -162,17 +196,24 @@ def test_a_memory_knows_all_that_a_diagnosis_is_made_of_by_its_own_name() -> Non
 def test_another_runs_memory_and_a_damaged_one_are_refused(
     shop: Shop, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    state, path = shop.diagnosis(shop.log(seconds=2.0)).init(), tmp_path / "kept.npz"
-    memory.save(state, {"run": "this"}, path)
+    state, kept = shop.diagnosis(shop.log(seconds=2.0)).init(), Memory(tmp_path, RUN)
+    for sample in (1000, 2000):
+        kept.keep(state, sample)
+    that = Memory(tmp_path, {"run": "that"})
     with pytest.raises(InputError, match="another run"):
-        memory.load({"run": "that"}, path)
+        that.at(1000)
     with monkeypatch.context() as older:
         older.delitem(memory.CLASSES, "Book")  # a class that is no more, or not yet
         with pytest.raises(InputError, match="another run"):
-            memory.load({"run": "that"}, path)
-    path.write_bytes(path.read_bytes()[:1000])
-    with pytest.raises(InputError, match="damaged"):
-        memory.load({"run": "this"}, path)
+            that.at(1000)
+    for name, sample in [("diagnosis-1000.npz", 1000), ("diagnosis-2000-lasting.npz", 2000)]:
+        path = tmp_path / name
+        path.write_bytes(path.read_bytes()[:1000])
+        with pytest.raises(InputError, match="damaged"):
+            kept.at(sample)
+        path.unlink()
+        with pytest.raises(InputError, match="damaged"):
+            kept.at(sample)
 
 
 def test_an_expert_adds_a_kind_without_touching_the_code(shop: Shop, tmp_path: Path) -> None:

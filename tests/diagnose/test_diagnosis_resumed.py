@@ -49,8 +49,8 @@ def test_a_killed_diagnosis_goes_on_and_finds_the_same(shop: Shop, tmp_path: Pat
         whole.take(reading)
         if k < 413:
             killed.take(reading)
-        if k == 400:
-            killed.keep(401)
+        if k in (200, 300, 400):
+            killed.keep(k + 1)
             assert killed.kept(wait=True)
     whole.finish()
     again = looking_on(shop, log)
@@ -85,6 +85,21 @@ def test_what_a_run_goes_on_from_is_kept_until_the_run_is_kept_later(
     ]
     session.keep(3000)
     assert not (tmp_path / "diagnosis-1000.npz").exists()
+
+
+def test_what_was_written_with_a_sample_is_not_written_with_every_later_one(
+    shop: Shop, tmp_path: Path
+) -> None:
+    """Or a live run would write gigabytes an hour, most of it what a checkpoint has held before."""
+    of = shop.diagnosis(shop.log(seconds=2.0))
+    session = Session(Job(of.fit, of.period, of.rules, tmp_path, 0, {"twin": "a"}, {}))
+    session.keep(1000)
+    (whole,) = (path.stat().st_size for path in tmp_path.iterdir())
+    session.keep(2000)
+    before = set(tmp_path.iterdir())
+    session.keep(3000)
+    (newest,) = set(tmp_path.iterdir()) - before
+    assert newest.stat().st_size < 0.1 * whole
 
 
 def test_what_is_kept_again_is_waited_for_again(shop: Shop, tmp_path: Path) -> None:

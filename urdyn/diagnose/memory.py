@@ -1,4 +1,4 @@
-"""What a diagnosis remembers, as a file: its values as a tree, its arrays beside it.
+"""What a diagnosis remembers, as files: its values as a tree, its arrays beside it.
 
 Only the dataclasses of this room are made from it: a file cannot ask for anything else.
 """
@@ -6,12 +6,14 @@ Only the dataclasses of this room are made from it: a file cannot ask for anythi
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from urdyn.diagnose.backlash import Reversals
 from urdyn.diagnose.carried import Mode, Shown
@@ -23,6 +25,7 @@ from urdyn.diagnose.fast import FastState
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.gathering import Gathering
+from urdyn.diagnose.job import KEPT
 from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.ledger import Book
 from urdyn.diagnose.loudness import Loudness
@@ -54,63 +57,125 @@ KNOWN = (
 CLASSES = {kind.__name__: kind for kind in KNOWN}
 
 
-def save(state: State, identity: Mapping[str, str], path: Path) -> None:
-    """Write a state, all of it or nothing."""
-    arrays: dict[str, Any] = {}
-    tree = json.dumps([dict(identity), _tree(state, arrays)])
-    with writing(path) as stream:
-        np.savez(stream, tree=tree, **arrays)
+class _Cell(NamedTuple):
+    """Where an array is written."""
+
+    array: NDArray[Any]  # held, so that no other has its id
+    name: str
+    since: int  # sample that it was written at
+    lasting: bool  # in the file of what was there at the one before as well
 
 
-def load(identity: Mapping[str, str], path: Path) -> State:
-    """The state in a file that `save` wrote.
+class Memory:
+    """The files that a run's diagnosis goes on from, at either of the last two samples it was kept.
 
-    Raises:
-        InputError: it is damaged, or of another run.
+    No array of a state ever changes. It is written with the first sample that has it, and if the
+    next has it as well, in a file that is there for as long as it is needed; never again.
     """
-    try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-            arrays = dict(archive)
-        whose, tree = json.loads(str(arrays["tree"]))
-        # What another version kept may be of classes that are no more.
-        state = _value(tree, arrays) if whose == dict(identity) else None
-    except DAMAGE as error:
-        raise InputError(f"{path}: is damaged ({error}); start anew with --fresh") from error
-    if not isinstance(state, State):
-        raise InputError(f"{path}: is of another run; start anew with --fresh")
-    return state
+
+    def __init__(self, folder: Path, identity: Mapping[str, str]) -> None:
+        self._folder, self._identity = folder, dict(identity)
+        self._cells: dict[int, _Cell] = {}  # of the newest sample, by id
+        self._needed: dict[int, set[Path]] = {}  # by the last two
+
+    def keep(self, state: State, index: int) -> None:
+        """Remember this sample, all of it or nothing, and the one before."""
+        # The files of a sample that is kept again are written as if for the first time.
+        before = {key: cell for key, cell in self._cells.items() if cell.since != index}
+        cells: dict[int, _Cell] = {}
+
+        def place(array: NDArray[Any]) -> _Cell:
+            key = id(array)
+            if key not in cells:
+                old, name = before.get(key), f"a{len(cells)}"
+                new = _Cell(array, name, index, lasting=old is not None)
+                cells[key] = old if old and old.lasting else new
+            return cells[key]
+
+        tree = json.dumps([self._identity, _tree(state, place)])
+        new: dict[bool, dict[str, Any]] = {True: {}, False: {"tree": tree}}  # by whether it lasts
+        for cell in cells.values():
+            if cell.since == index:
+                new[cell.lasting][cell.name] = cell.array
+        for lasting, arrays in new.items():
+            if arrays:  # none last where the sample is kept again: its old file is still needed
+                with writing(self._file(index, lasting)) as stream:
+                    np.savez(stream, **arrays)
+        self._remember(index, cells)
+        found = set(self._folder.glob(KEPT.format(index="*")))
+        for stray in found.difference(*self._needed.values()):
+            stray.unlink()
+
+    def at(self, index: int) -> State:
+        """The state that was kept as of this sample.
+
+        Raises:
+            InputError: it is damaged, or of another run.
+        """
+        path, cells = self._file(index), dict[int, _Cell]()
+        read = cache(_arrays)
+
+        def array(name: str, since: int, lasting: bool) -> NDArray[Any]:
+            value = read(self._file(since, lasting))[name]
+            cells[id(value)] = _Cell(value, name, since, lasting)
+            return value
+
+        try:
+            whose, tree = json.loads(str(read(path)["tree"]))
+            # What another version kept may be of classes that are no more.
+            state = _value(tree, array) if whose == self._identity else None
+        except DAMAGE as error:
+            raise InputError(f"{path}: is damaged ({error}); start anew with --fresh") from error
+        if not isinstance(state, State):
+            raise InputError(f"{path}: is of another run; start anew with --fresh")
+        self._remember(index, cells)
+        return state
+
+    def _remember(self, index: int, cells: dict[int, _Cell]) -> None:
+        """With the files of this sample, and of the one before until the run is kept as well."""
+        lasting = {self._file(cell.since, True) for cell in cells.values() if cell.lasting}
+        others = [kept for kept in self._needed.items() if kept[0] != index]
+        self._needed = dict([*others[-1:], (index, {self._file(index), *lasting})])
+        self._cells = cells
+
+    def _file(self, index: int, lasting: bool = False) -> Path:
+        """Where the arrays are that were written at a sample."""
+        return self._folder / KEPT.format(index=f"{index}-lasting" if lasting else index)
 
 
-def _tree(value: Any, arrays: dict[str, Any]) -> Any:
+def _arrays(path: Path) -> dict[str, NDArray[Any]]:
+    with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+        return dict(archive)
+
+
+def _tree(value: Any, place: Callable[[NDArray[Any]], _Cell]) -> Any:
     """A value in JSON's types; what JSON has no word for is a list that begins with a name."""
     if is_dataclass(value):
         assert CLASSES.get(type(value).__name__) is type(value), f"{type(value)} cannot be read"
-        inner = {f.name: _tree(getattr(value, f.name), arrays) for f in fields(value)}
+        inner = {f.name: _tree(getattr(value, f.name), place) for f in fields(value)}
         return ["class", type(value).__name__, inner]
     match value:
         case np.ndarray():
-            name = f"a{len(arrays)}"
-            arrays[name] = value
-            return ["array", name]
+            return ["array", *place(value)[1:]]
         case tuple() | list():
-            return [type(value).__name__, [_tree(inner, arrays) for inner in value]]
+            return [type(value).__name__, [_tree(inner, place) for inner in value]]
         case Mapping():
-            return ["dict", [[key, _tree(inner, arrays)] for key, inner in value.items()]]
+            return ["dict", [[key, _tree(inner, place)] for key, inner in value.items()]]
         case np.generic():
             return value.item()
     return value
 
 
-def _value(tree: Any, arrays: Mapping[str, Any]) -> Any:
+def _value(tree: Any, array: Callable[[str, int, bool], NDArray[Any]]) -> Any:
     match tree:
         case ["class", str(name), dict(inner)]:
-            return CLASSES[name](**{key: _value(x, arrays) for key, x in inner.items()})
-        case ["array", str(name)]:
-            return arrays[name]
+            return CLASSES[name](**{key: _value(x, array) for key, x in inner.items()})
+        case ["array", str(name), int(since), bool(lasting)]:
+            return array(name, since, lasting)
         case ["tuple", list(inner)]:
-            return tuple(_value(x, arrays) for x in inner)
+            return tuple(_value(x, array) for x in inner)
         case ["list", list(inner)]:
-            return [_value(x, arrays) for x in inner]
+            return [_value(x, array) for x in inner]
         case ["dict", list(inner)]:
-            return {key: _value(x, arrays) for key, x in inner}
+            return {key: _value(x, array) for key, x in inner}
     return tree

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from urdyn.diagnose import memory
 from urdyn.diagnose.acknowledge import acknowledged, forget_gone
 from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.finding import Finding
-from urdyn.diagnose.job import KEPT, Job
+from urdyn.diagnose.job import Job
+from urdyn.diagnose.memory import Memory
 from urdyn.diagnose.reading_row import SERIES
 from urdyn.diagnose.state import Now, State
 from urdyn.io import write_text
@@ -26,8 +26,8 @@ class Session:
 
     def __init__(self, job: Job) -> None:
         self.job, self.diagnosis = job, Diagnosis(job.fit, job.period, job.rules)
-        kept = job.folder / KEPT.format(index=job.index)
-        start = memory.load(job.identity, kept) if job.index else self.diagnosis.init()
+        self._memory = Memory(job.folder, job.identity)
+        start = self._memory.at(job.index) if job.index else self.diagnosis.init()
         self._state: State = start
         self._restarts, self._load_as_set = 0, False
 
@@ -51,13 +51,7 @@ class Session:
 
     def keep(self, index: int) -> None:
         """Remember this sample, and the one before until the run has been kept as well."""
-        folder = self.job.folder
-        path = folder / KEPT.format(index=index)
-        # A killed run may have left one of this very sample, and goes on at the one before.
-        others = set(folder.glob(KEPT.format(index="*"))) - {path}
-        memory.save(self._state, self.job.identity, path)
-        for stray in sorted(others, key=lambda p: p.stat().st_mtime)[:-1]:
-            stray.unlink()
+        self._memory.keep(self._state, index)
 
     def write(self) -> dict[str, Any]:
         """Bring DIR/findings.json up to date; what it says."""
