@@ -109,6 +109,17 @@ def test_wear_that_comes_in_steps_is_not_foretold_as_if_even() -> None:
     assert np.mean(held) > 0.67 and np.median(straight) < 0.5
 
 
+def test_what_has_been_crossed_stays_crossed() -> None:
+    """Of wear in steps, that wanders, to rounding: from its onset to a thousand times its age."""
+    rng = np.random.default_rng(3)
+    y = np.cumsum(0.3 * (rng.random(150) < 0.05)) + 0.1 * rng.standard_normal(150)
+    made = forecast(y, stated_baseline(0.0, 0.1), 0.8, 1.2)[0]
+    x = np.concatenate([np.linspace(-150.0, 300.0, 151), np.geomspace(301.0, 1.5e5, 20)])
+    by = np.array([made.posterior.crossed(made.rise, at) for at in x.tolist()])
+    assert made.posterior.wandering.weight.sum() > 0.01
+    assert np.diff(by).min() > -1e-14 and by[0] >= 0.0 and by[-1] <= 1.0
+
+
 def test_what_is_flat_never_crosses() -> None:
     """A step and a ramp that stopped, 500 steps ago, 20 lives each: hardly a ramp that goes on."""
     t, rng = np.arange(600), np.random.default_rng(12)

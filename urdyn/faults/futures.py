@@ -74,8 +74,9 @@ class Smooth:
 class Wandering:
     """C ramps whose level walks besides: change = off + pace x shape now, and pace a step later.
 
-    Wear does not come back: what is there at x has been crossed by then [Birnbaum1969]_. Of the
-    past the ends are known, the onset and now; a walk between two ends is a bridge.
+    Wear does not come back: what is there at x has been crossed by then [Birnbaum1969]_, and what
+    was crossed is there now. Of the past the ends are known, the onset and now; a walk between two
+    ends is a bridge.
     """
 
     weight: Array  # (C,) [-]
@@ -89,13 +90,20 @@ class Wandering:
 
     def crossed(self, rise: float, x: float) -> float:
         """P(the parameter has changed by `rise` [spread] within the next x steps), weighed."""
+        there, now = self._beyond(rise, x), self._beyond(rise, 0.0)
+        # Of each pace it falls and then rises ahead, rises and then falls behind: so the largest
+        # until x, and the least from x to now, is at an end.
+        by = np.maximum(there, now) if x > 0.0 else np.minimum(there, now)
+        return float((ndtr(by) @ self.weight).mean())
+
+    def _beyond(self, rise: float, x: float) -> Array:
+        """How far the level at x is beyond `rise` [its sd], (P, C)."""
         if x > 0.0:
             mean, var = self._now + self._pace * x, self.var + self.walk * x
         else:
             left = np.maximum(1.0 + x / self.age, 0.0)
             mean, var = self._now * left, self.var * left**2 - self.walk * x * left
-        sd = np.sqrt(np.maximum(var, TINY))
-        return float((ndtr((mean - rise) / sd) @ self.weight).mean())
+        return np.asarray((mean - rise) / np.sqrt(np.maximum(var, TINY)))
 
     def steeper(self, rate: float) -> float:
         """P(the rate is above `rate` >= 0 [spread/step]), weighed."""
@@ -142,7 +150,7 @@ class Posterior:
 
     def crossed(self, rise: float, x: float) -> float:
         """P(the parameter has changed by `rise` [spread] within the next x steps | begun)."""
-        return self.smooth.crossed(rise, x) + self.wandering.crossed(rise, x)
+        return min(self.smooth.crossed(rise, x) + self.wandering.crossed(rise, x), 1.0)
 
     def steeper(self, rate: float) -> float:
         """P(the rate is above `rate` >= 0 [spread/step] | begun)."""
