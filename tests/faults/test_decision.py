@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from urdyn.errors import InputError
-from urdyn.faults import Costs, decide, outlook
+from urdyn.faults import Costs, decide, forecast, outlook, stated_baseline
 
 COSTS = Costs()
 
@@ -72,6 +72,19 @@ def test_costs_are_those_of_a_simulated_fleet(median, spread, sure):
     never = np.where(tau <= COSTS.horizon, COSTS.failure, 0.0)
     renewed = COSTS.service * np.maximum(COSTS.horizon - tau, 0.0) / COSTS.life
     assert decision.never == pytest.approx(float(np.mean(never + renewed)), abs=0.02)
+
+
+def test_a_forecast_that_may_never_cross_is_decided_by_all_that_it_says():
+    """A ramp that seems to have stopped, one step an hour: without a median, yet not left alone."""
+    t = np.arange(1.0, 141.0)
+    ramp = 0.0025 * np.clip(t - 100.0, 0.0, 25.0)
+    y = ramp + 0.025 * np.random.default_rng(21).standard_normal(140)
+    made = forecast(y, stated_baseline(0.0, 0.025), 0.10, 0.15)[0]
+    assert made.critical.median == np.inf
+    at = outlook(COSTS)[0][::8]
+    decision = decide(at, made.failed(at), COSTS)
+    assert decision.advice != "never"
+    assert decision.never >= COSTS.failure * (1.0 - made.health(COSTS.horizon))
 
 
 @given(median=st.floats(1.0, 1e5), more=st.floats(1.0, 100.0))

@@ -96,7 +96,11 @@ def outlook(
     """Times over the horizon [h], and the probability of a failure by then, (N,) each.
 
     With this confidence a fault grows, and is forecast to end the work at `median` [h], 90 %
-    between `lo` and `hi`, normal before the median and log-normal behind it.
+    between `lo` and `hi`, normal before the median and log-normal behind it. An infinite median
+    with no limits: nothing is forecast.
+
+    Raises:
+        InputError: they are no such times, or may never come: `Forecast.failed` tells of those.
     """
     given(confidence, "confidence", "a probability", lambda x: (x >= 0.0) & (x <= 1.0))
     median, lo, hi = (
@@ -106,6 +110,11 @@ def outlook(
         raise InputError(f"median {median}, lo {lo}, hi {hi}: give times from now [h]")
     if lo > ALIKE * median or 0.0 != hi < median / ALIKE:
         raise InputError(f"median {median}, lo {lo}, hi {hi}: they have to ascend from lo to hi")
+    if hi == np.inf or (median == np.inf and lo > 0.0):
+        raise InputError(
+            f"median {median}, lo {lo}, hi {hi}: what may never come has no such distribution; "
+            "give decide what Forecast.failed tells"
+        )
     early = np.linspace(0.0, costs.notice, STEPS, endpoint=False)
     t = np.concatenate([early, np.linspace(costs.notice, costs.horizon, STEPS + 1)])
     if not np.isfinite(median):

@@ -21,6 +21,7 @@ from urdyn.faults.futures import Posterior
 from urdyn.faults.onset import Kinks, followed
 from urdyn.faults.whiten import Baseline, beside
 from urdyn.given import fraction, given, given_number
+from urdyn.types import Array
 
 HAZARD = 1e-4  # prior probability of an onset, per step
 COVERAGE = 0.9  # of an interval
@@ -54,8 +55,17 @@ class Forecast:
     def health(self, horizon: float) -> float:
         """Probability that the critical level is not crossed within so many steps."""
         steps = given_number(horizon, "horizon", "a number of steps")
-        crossed = self.probability * self.posterior.crossed(self.rise, steps)
-        return min(max(1.0 - crossed, 0.0), 1.0)
+        return 1.0 - float(self.failed(steps)[0])
+
+    def failed(self, steps: ArrayLike) -> Array:
+        """Probability that the critical level is crossed within so many steps, (N,).
+
+        For `decide(t, forecast.failed(t / step), costs)`, a step in hours, t as `outlook(costs)`
+        has it: also where it may never be crossed.
+        """
+        ahead = given(steps, "steps").tolist()
+        known = [self.posterior.crossed(self.rise, x) for x in ahead]
+        return self.probability * np.array(known)
 
 
 def foresee(
