@@ -46,7 +46,7 @@ class Forecast:
     straight: float  # [-] that it is an even ramp that goes on, if so; else medians are worth less
     onset: Interval  # [steps] when, if so
     rate: Interval  # [unit/step] if so
-    change: Interval  # [unit] from the healthy level to where it is now, if anything has begun
+    change: Interval  # [unit] from the healthy level to where it is now; 0 if nothing has begun
     warning: Interval  # [steps] until the warning level, if so; inf: never
     critical: Interval  # [steps] until the critical level, if so; inf: never
     posterior: Posterior = field(repr=False)
