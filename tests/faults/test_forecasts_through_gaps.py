@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from urdyn.faults import Baseline, forecast, stated_baseline
-from urdyn.faults.courses import stopped
+from urdyn.faults.courses import RAMP, SHARES, going, stopped
 from urdyn.faults.onset import followed
 from urdyn.faults.prognosis import foresee
 from urdyn.faults.shapes import POWERS, TIMES
@@ -88,6 +88,23 @@ def test_a_stopped_ramp_is_regressed_as_if_it_were_followed() -> None:
     np.testing.assert_allclose(found.S2, (h**2).sum(axis=1), rtol=1e-8, atol=1e-8)
     np.testing.assert_allclose(found.H, h @ dense.level(), rtol=1e-8, atol=1e-8)
     assert len(found.S2) == (STEPS - 2) * (STEPS - 1) // 2
+
+
+@pytest.mark.parametrize("a", [(), (0.9,), (0.5, 0.3)])
+def test_a_ramp_between_two_onsets_is_regressed_as_if_it_were_followed(
+    a: tuple[float, ...],
+) -> None:
+    """w h_i + (1 - w) h_j itself, with w by where it lies."""
+    dense, baseline = drawn(11, 0.2, *a), coloured(*a)
+    state = followed(baseline, dense.y, 20)
+    found = going(baseline, state, 0)
+    ramps = np.maximum(np.arange(1.0, STEPS + 1.0)[:, None] - state.onset, 0.0)
+    began = state.t - found.age
+    h = dense.white(np.array([np.interp(began, state.onset, ramp) for ramp in ramps]).T)
+    np.testing.assert_allclose(found.S1, h @ dense.white(np.nan_to_num(dense.y)), rtol=1e-8)
+    np.testing.assert_allclose(found.S2, (h**2).sum(axis=1), rtol=1e-8)
+    np.testing.assert_allclose(found.H, h @ dense.level(), rtol=1e-8, atol=1e-8)
+    assert found.prior.sum() == pytest.approx(SHARES[RAMP] * STEPS)
 
 
 def test_pairs_of_ramps_are_thinned_with_their_onsets() -> None:

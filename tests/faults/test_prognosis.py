@@ -11,6 +11,7 @@ from scipy.stats import multivariate_normal
 from urdyn.errors import InputError, UrdynError
 from urdyn.faults import forecast, health_index, stated_baseline
 from urdyn.faults.courses import RAMP, SHARES, UNEVEN, posterior, wandering, widened
+from urdyn.faults.futures import PARTS
 from urdyn.faults.onset import followed
 from urdyn.faults.prognosis import foresee
 from urdyn.faults.wander import STEPS
@@ -41,13 +42,17 @@ def test_the_posterior_is_bayes_rule_on_a_grid(monkeypatch: pytest.MonkeyPatch) 
     doubt = baseline.inflation[0] ** 2 / baseline.steps
     root = np.linalg.cholesky(widened(state, 0) * (np.eye(n) + doubt))
     e = np.linalg.solve(root, (y - LEVEL) / sigma)
-    # Neighbours' median marks outliers; here there are none.
-    onset, stop = np.nonzero(np.triu(np.ones((n, n + 1)), 1))
+    # Neighbours' median marks outliers; here there are none. What stopped began at a whole step.
+    first, last = np.nonzero(np.triu(np.ones((n, n)), 1))
+    going = np.append((np.arange(n - 1)[:, None] + PARTS).ravel(), n - 1.0)
+    share_of = np.append(np.full(len(going) - 1, 1.0 / len(PARTS)), 1.0)
+    onset, stop = np.append(first, going), np.append(last, np.full(len(going), n))
+    each = np.append(np.ones(len(first)), share_of)
     lasts = np.where(stop == n, np.inf, stop - onset)
     shape = np.minimum(np.maximum(np.arange(1.0, n + 1.0) - onset[:, None], 0.0), lasts[:, None])
     u, rates = np.linalg.solve(root, shape.T), np.arange(5e-4, 4.0, 1e-3)
     log = (e @ u)[:, None] * rates - 0.5 * (u**2).sum(axis=0)[:, None] * rates**2
-    prior = SHARES[RAMP] * hazard * np.where(np.isinf(lasts), 1.0, hazard) * 2.0 / far * 1e-3
+    prior = SHARES[RAMP] * hazard * np.where(np.isinf(lasts), 1.0, hazard) * 2.0 / far * 1e-3 * each
     weight = np.exp(log) * prior[:, None]
     one = known.smooth
     ramps = replace(one, weight=one.weight * ((one.power == 1.0) & (one.ahead == 1.0)))
@@ -236,6 +241,22 @@ def test_old_onsets_are_thinned_without_loss() -> None:
     )  # fmt: skip
     assert abs(few.median - all_.median) < 0.1 * (all_.high - all_.low)
     assert few.high - few.low == pytest.approx(all_.high - all_.low, rel=0.1)
+
+
+def test_an_onset_between_those_that_are_remembered_is_known_as_well_as_others() -> None:
+    """Of 24 lives 90 % intervals hold 17 or more, in all but one of 100 such trials.
+
+    By remembered onsets alone, eight steps apart, they held in a fifth (onset) and a half (rate).
+    """
+    rng, sigma, rate = np.random.default_rng(17), 0.01, 0.0025
+    onset = 300.0 + rng.uniform(0.0, 20.0, 24)
+    y = rate * np.maximum(np.arange(1.0, 411.0)[:, None] - onset, 0.0)
+    y = y + sigma * rng.standard_normal(y.shape)
+    baseline = stated_baseline(np.zeros(24), sigma)
+    made = foresee(baseline, followed(baseline, y, 60), 0.2, 0.3)
+    began = zip(made, onset - 410.0, strict=True)
+    assert sum(one.onset.low <= at <= one.onset.high for one, at in began) >= 17
+    assert sum(one.rate.low <= rate <= one.rate.high for one in made) >= 17
 
 
 def test_a_sensor_that_rounds_coarsely_foretells_with_intervals_that_hold() -> None:

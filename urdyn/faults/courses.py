@@ -20,12 +20,12 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from urdyn.errors import InputError
-from urdyn.faults.futures import Paces, Posterior, Smooth, Wandering
+from urdyn.faults.futures import PARTS, Paces, Posterior, Smooth, Wandering
 from urdyn.faults.onset import Kinks
 from urdyn.faults.shapes import POWERS, RAMP, TIMES
 from urdyn.faults.wander import STEPS, Walks
 from urdyn.faults.whiten import Baseline
-from urdyn.types import Array
+from urdyn.types import Array, Index
 
 # Sliding wears in proportion to its way [Archard1953]_. Each share of what bends or wanders widens
 # the intervals of what does not.
@@ -82,7 +82,10 @@ def _even(
     baseline: Baseline, state: Kinks, stream: int, sign: float, rise: float, hazard: float
 ) -> tuple[Courses, Paces, Array]:
     """Courses that go as their shape says, of which something is told; paces, and log evidence."""
-    kinds = going(state, stream), stopped(baseline, state, stream, hazard), always(state, stream)
+    kinds = (
+        bent(state, stream), going(baseline, state, stream),
+        stopped(baseline, state, stream, hazard), always(state, stream),
+    )  # fmt: skip
     one = Courses(*map(np.concatenate, zip(*kinds, strict=True)))
     S1, S2 = levelled(baseline, state, stream, one)
     informed = (S2 > 0.0) & (one.prior > 0.0)
@@ -132,41 +135,65 @@ def widened(state: Kinks, stream: int) -> float:
     return max(STEADY, float((PRIOR_STEPS + squares) / (PRIOR_STEPS + count)))
 
 
-def going(state: Kinks, stream: int) -> Courses:
-    """What goes on, of every power, from every onset."""
-    used = np.isfinite(state.onset)
-    shape = (len(POWERS), int(used.sum()))
+def bent(state: Kinks, stream: int) -> Courses:
+    """What goes on, of every power but a ramp's, from every onset that is remembered."""
+    used, others = np.isfinite(state.onset), np.arange(len(POWERS)) != RAMP
+    shape = (int(others.sum()), int(used.sum()))
     age = np.broadcast_to(state.t - state.onset[used], shape)
-    power = np.broadcast_to(np.array(POWERS)[:, None], shape)
-    sums = state.S[:, :, used, stream]
-    prior = np.array(SHARES)[:, None] * state.mass[used]
+    power = np.broadcast_to(np.array(POWERS)[others, None], shape)
+    sums = state.S[:, :, used, stream][:, others]
+    prior = np.array(SHARES)[others, None] * state.mass[used]
     lasts = np.full(shape, np.inf)
     return Courses(*(x.ravel() for x in (*sums, age**power, age, lasts, power, prior)))
 
 
-def stopped(baseline: Baseline, state: Kinks, stream: int, hazard: float) -> Courses:
-    """Ramps from an onset i that stopped at a later one j: h_i - h_j.
+def going(baseline: Baseline, state: Kinks, stream: int) -> Courses:
+    """Ramps that go on, from onsets between neighbours i and j that are remembered.
 
-    S2 needs sum h_i h_j. Where j is as many steps behind i as the autoregression has lags, or more,
-    h_i is a straight line by then, (1 - sum a) k + sum j a_j, of which the sums are kept. But not
-    after a gap, whose products are kept themselves.
+    Their h is w h_i + (1 - w) h_j, but for the few steps between the two. For neighbours are the
+    further apart the older they are, whereas the onset of what has grown for long is told sharply.
     """
+    onset = state.onset[np.isfinite(state.onset)]
+    i = np.arange(len(onset))
+    j = np.minimum(i + 1, i[-1])
+    S1, S2, H = state.S[:, RAMP, :, stream]
+    apart = onset[j] - onset[i] >= max(baseline.order, 1)
+    w = np.where(apart, PARTS[:, None], np.round(PARTS)[:, None])  # nearer ones: either of the two
+    both = _products(baseline, state, stream, i, j)
+    S2 = w**2 * S2[i] + 2.0 * w * (1.0 - w) * both + (1.0 - w) ** 2 * S2[j]
+    S1, H, age = (w * x[i] + (1.0 - w) * x[j] for x in (S1, H, state.t - onset))
+    one = np.ones(w.shape)
+    prior = one * np.diff(onset, append=state.t) * SHARES[RAMP] / len(PARTS)
+    return Courses(*(x.ravel() for x in (S1, S2, H, age, age, np.inf * one, one, prior)))
+
+
+def stopped(baseline: Baseline, state: Kinks, stream: int, hazard: float) -> Courses:
+    """Ramps from an onset i that stopped at a later one j: h_i - h_j."""
     onset = state.onset[np.isfinite(state.onset)]
     between = onset - onset[:, None]
     i, j = np.nonzero(between >= max(baseline.order, 1))
     lasts = between[i, j]
     S1, S2, H = state.S[:, RAMP, :, stream]
-    a = baseline.coefficients[stream]
-    passed, lag = 1.0 - a.sum(), a @ np.arange(1.0, len(a) + 1.0)
-    timed, plain = state.K[:, j, stream]
-    both = passed * timed + (passed * lasts + lag) * plain
-    if state.P.size:
-        both = both + state.P[i, j, stream]
+    both = _products(baseline, state, stream, i, j)
     prior = hazard * SHARES[RAMP] * state.mass[i] * state.mass[j]
     power, age = np.ones(len(i)), state.t - onset[i]
     return Courses(
         S1[i] - S1[j], S2[i] - 2.0 * both + S2[j], H[i] - H[j], lasts, age, lasts, power, prior
     )
+
+
+def _products(baseline: Baseline, state: Kinks, stream: int, i: Index, j: Index) -> Array:
+    """Sum h_i h_j of ramps from an onset i and a later one j.
+
+    Where j is as many steps behind i as the autoregression has lags, or more, h_i is a straight
+    line by then, (1 - sum a) k + sum j a_j, of which the sums are kept. But not after a gap, whose
+    products are kept themselves.
+    """
+    a = baseline.coefficients[stream]
+    passed, lag = 1.0 - a.sum(), a @ np.arange(1.0, len(a) + 1.0)
+    timed, plain = state.K[:, j, stream]
+    both = passed * timed + (passed * (state.onset[j] - state.onset[i]) + lag) * plain
+    return np.asarray(both + state.P[i, j, stream] if state.P.size else both)
 
 
 def always(state: Kinks, stream: int) -> Courses:

@@ -12,7 +12,7 @@ from scipy.special import log_ndtr, ndtr, ndtri_exp
 from urdyn.types import Array
 
 TINY, LARGE = 1e-100, 600.0  # times as large as now; nats
-PARTS = (np.arange(11.0) + 0.5) / 11.0  # [-] quantiles that stand for a pace
+PARTS = (np.arange(11.0) + 0.5) / 11.0  # [-] quantiles that stand for a pace, or an onset
 
 
 class Paces(NamedTuple):
