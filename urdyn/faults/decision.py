@@ -18,7 +18,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from urdyn.errors import InputError
-from urdyn.given import given, given_number, positive
+from urdyn.given import given, given_a, given_number, positive
 from urdyn.types import NORMAL90, Array
 
 STEPS = 400  # in which a later service may fall, and as many before
@@ -72,7 +72,7 @@ def decide(t: Array, failed: Array, costs: Costs | None = None) -> Decision:
     Raises:
         InputError: they do not fit each other, or end before a service can be a planned one.
     """
-    costs = costs or Costs()
+    costs = _given_costs(Costs() if costs is None else costs)
     t = given(t, "times", "hours from 0, ascending", lambda x: np.diff(x, prepend=-1.0) > 0.0)
     failed = given(failed, "failed", "probabilities that do not fall", _not_falling)
     if len(t) != len(failed):
@@ -102,6 +102,7 @@ def outlook(
     Raises:
         InputError: they are no such times, or may never come: `Forecast.failed` tells of those.
     """
+    _given_costs(costs)
     given(confidence, "confidence", "a probability", lambda x: (x >= 0.0) & (x <= 1.0))
     median, lo, hi = (
         _from_now(x, what) for x, what in ((median, "median"), (lo, "lo"), (hi, "hi"))
@@ -120,6 +121,11 @@ def outlook(
     if not np.isfinite(median):
         return t, np.zeros(len(t))
     return t, confidence * _by(t, max(median, SOON), lo, hi)
+
+
+def _given_costs(costs: object) -> Costs:
+    """What an owner has to weigh; InputError where it is something else."""
+    return given_a(costs, Costs, "costs", "as Costs(failure=10.0) gives")
 
 
 def _not_falling(failed: Array) -> Array:

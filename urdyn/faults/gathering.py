@@ -19,6 +19,7 @@ from urdyn.faults.mixture import Mixture
 from urdyn.faults.robust import swings
 from urdyn.given import (
     given,
+    given_a,
     given_promise,
     given_step,
     given_tolerance,
@@ -55,6 +56,7 @@ class Gathering(ABC):
 
     def __post_init__(self) -> None:
         given_promise(self.promise)
+        given_a(self.alternatives, Cells, "alternatives", "as cells() gives")
         _ = self.mixture  # refuses what cannot be looked for
 
     @cached_property

@@ -23,7 +23,7 @@ from urdyn.faults.gaps import Past
 from urdyn.faults.robust import SQUARE
 from urdyn.faults.shapes import POWERS, RAMP, TIMES, Shapes, carried, none, unbroken
 from urdyn.faults.wander import STEPS, Walks, set_out, walked
-from urdyn.faults.whiten import Baseline, beside
+from urdyn.faults.whiten import Baseline, beside, given_baseline
 from urdyn.given import given_count, given_step
 from urdyn.types import Array, Mask, frozen
 
@@ -62,7 +62,7 @@ def kinks(baseline: Baseline, candidates: int = CANDIDATES) -> Kinks:
     """Nothing seen yet; candidates: onsets that are remembered, 3 or more."""
     # The one that is missed least lies between two.
     candidates = given_count(candidates, "candidates", 3)
-    n = baseline.streams
+    n = given_baseline(baseline).streams
     return Kinks(
         t=0,
         past=baseline.bridge.init(),

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from urdyn.errors import InputError
-from urdyn.given import given, given_promise, given_rows
+from urdyn.given import given_number, given_promise, given_rows
 from urdyn.types import Array
 
 
@@ -23,7 +23,7 @@ def oracle_cusum(e: Array, rate: float) -> Array:
             NaN, where nothing was measured, tells nothing.
         rate: of the ramp [sd/step], signed.
     """
-    given(rate, "rate", "any number but 0", lambda x: x != 0.0)
+    rate = given_number(rate, "rate", "any number but 0", lambda x: x != 0.0)
     e = given_rows(e, "innovations")
     steps, runs = e.shape
     # Onsets are remembered for six times the age at which such a ramp is found.

@@ -19,8 +19,8 @@ from urdyn.errors import InputError
 from urdyn.faults.courses import posterior
 from urdyn.faults.futures import Posterior
 from urdyn.faults.onset import Kinks, followed
-from urdyn.faults.whiten import Baseline, beside
-from urdyn.given import fraction, given, given_number
+from urdyn.faults.whiten import Baseline, beside, given_baseline
+from urdyn.given import fraction, given, given_a, given_number
 from urdyn.types import Array
 
 HAZARD = 1e-4  # prior probability of an onset, per step
@@ -77,6 +77,8 @@ def foresee(
     hazard: float = HAZARD,
 ) -> tuple[Forecast, ...]:
     """Forecasts of n streams from what was followed; levels (n,) or one for all [unit]."""
+    given_baseline(baseline)
+    given_a(state, Kinks, "state", "as kinks and follow give")
     given(coverage, "coverage", "a number between 0 and 1", fraction)
     given(hazard, "hazard", "a number between 0 and 1", fraction)
     warn = given(warning, "warning level", streams=baseline.streams)

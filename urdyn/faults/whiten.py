@@ -21,7 +21,7 @@ from urdyn.faults.alternatives import CLIP
 from urdyn.faults.autoregression import autoregression, complete, lagged
 from urdyn.faults.gaps import Bridge, bridged
 from urdyn.faults.robust import level_and_spread, long_run_excess, restlessness
-from urdyn.given import given, given_number, given_rows, positive
+from urdyn.given import given, given_a, given_number, given_rows, positive
 from urdyn.types import Array, frozen
 
 ENOUGH = 1000  # steps from which a baseline is known well
@@ -122,6 +122,11 @@ def stated_baseline(
     kappa = np.full(n, inflation)
     steps = np.full(n, ENOUGH)
     return Baseline(np.zeros((n, 0)), centre, spread, kappa, centre, one, one, none, steps)
+
+
+def given_baseline(baseline: object) -> Baseline:
+    """What was learnt or stated; InputError where it is something else."""
+    return given_a(baseline, Baseline, "baseline", "as learn_baseline or stated_baseline gives")
 
 
 def _not_less_than_noise(inflation: object) -> None:

@@ -19,7 +19,7 @@ from urdyn.faults.alternatives import CLIP
 from urdyn.faults.detector import Alone, Detector, SpreadJudge, Taught, Verdict, given_detector
 from urdyn.faults.gaps import Past
 from urdyn.faults.robust import SQUARE
-from urdyn.faults.whiten import Baseline
+from urdyn.faults.whiten import Baseline, given_baseline
 from urdyn.given import given_number, given_step
 from urdyn.types import Array, frozen
 
@@ -56,8 +56,7 @@ class Whitened(Generic[S]):
     allowed: float = ALLOWED  # [-] spread over the baseline's, at most, that is followed
 
     def __post_init__(self) -> None:
-        if not isinstance(self.baseline, Baseline):
-            raise InputError("the baseline is what learn_baseline or stated_baseline returns")
+        given_baseline(self.baseline)
         given_detector(self.detector)
         if isinstance(self.detector, Alone):
             raise InputError(f"{self.detector.alone}: run(it, series)")
