@@ -471,7 +471,7 @@ def test_a_severity_does_not_flicker_at_its_level(
     change = Change(k, 0.0, (-1.0, 1.0), (-1.0, 1.0), 5.0, 0.99, 9.0, 0.25, 0.01, 0.0, 0.0)
     warned = of_change(change, diagnosis.slow.of, diagnosis.space, diagnosis.rules, [])
     series = {k: [(10.0, size, sd)]}
-    (told,) = up_to_date([warned], {k: suspect}, series, diagnosis.space, 12.5)
+    (told,) = up_to_date([warned], {k: suspect}, series, diagnosis.space, 12.5, {k: 0.0})
     assert (warned.severity, told.severity, told.size) == ("warning", now, size)
 
 
@@ -512,7 +512,7 @@ def test_friction_that_falls_below_its_first_day_is_no_failure_to_come(shop: Sho
     change = Change(k, 0.0, (-1.0, 1.0), (-1.0, 1.0), 5.0, 0.99, 9.0, 0.3, 0.01, 0.0, 0.0)
     told = of_change(change, of, diagnosis.space, diagnosis.rules, [])
     falling = {k: [(10.0 * n, 0.3 - 0.1 * n, 0.01) for n in range(9)]}
-    (now,) = up_to_date([told], {k: of.each[k]}, falling, diagnosis.space, 85.0)
+    (now,) = up_to_date([told], {k: of.each[k]}, falling, diagnosis.space, 85.0, {k: 0.0})
     assert now.size < -0.3 and now.severity == "notice"
     assert now.forecast is None and now.time_to_failure_s is None
 

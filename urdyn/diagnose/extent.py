@@ -13,7 +13,7 @@ from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.recall import Level, Series
 from urdyn.diagnose.slow_state import SlowState
 from urdyn.diagnose.suspects import Suspects
-from urdyn.types import Array
+from urdyn.types import Array, Index
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +39,17 @@ class Extent:
         course = state.recall.course(self.healthy, state.known, straying)
         told = ((block.middle, x, P) for block, x, P in course if not fault.divides(block))
         return self._sizes(state, fault, told)
+
+    def strays(self, state: SlowState) -> dict[int, float]:
+        """Suspects that are found, and how far their sizes stray as a healthy arm does [1/√s]."""
+        blocks = state.recall.blocks
+        walk = np.hypot(self.healthy.straying.walk, blocks[-1].walk if blocks else 0.0)
+        told = {}
+        for fault in state.known:
+            of = self._share(state, fault)
+            at = self.measured(fault.suspect) if of is None else self._terms(fault)
+            told[fault.suspect] = float(np.linalg.norm(walk[at] if of is None else of * walk[at]))
+        return told
 
     def terms(self, state: SlowState) -> dict[int, dict[str, dict[str, float]]]:
         """Of each fault of friction that is found, how much each term has grown."""
@@ -70,10 +81,7 @@ class Extent:
         In the unit of the state that measures it; of friction as all of it has grown, over the
         motion since.
         """
-        of = None
-        if fault.was:
-            lost = (b.lost for b in state.recall.blocks if b.end > fault.onset_lo)
-            of = friction.share(lost, self._joint(fault))
+        of = self._share(state, fault)
         if fault.was is None or of is None:
             at = self.measured(fault.suspect)
             return [(t, float(x[at]), float(np.sqrt(P[at, at]))) for t, x, P in beliefs]
@@ -84,11 +92,22 @@ class Extent:
             for t, x, P in beliefs
         ]
 
+    def _share(self, state: SlowState, fault: Fault) -> Array | None:
+        """Of each term in all friction of its joint, (3,) [-]; None where it is of no term."""
+        if fault.was is None:
+            return None
+        lost = (b.lost for b in state.recall.blocks if b.end > fault.onset_lo)
+        return friction.share(lost, self._joint(fault))
+
     def _friction(self, x: Array, P: Array, fault: Fault) -> friction.Belief:
         """Of a belief in the states, (N,) and (N, N), that in the friction of a fault's joint."""
-        places, joint = self.healthy.space.places, self._joint(fault)
-        at = np.array([places[name].start + joint for name in friction.TERMS])
+        at = self._terms(fault)
         return x[at], P[np.ix_(at, at)]
+
+    def _terms(self, fault: Fault) -> Index:
+        """Places of the states that are friction of a fault's joint, (3,)."""
+        places, joint = self.healthy.space.places, self._joint(fault)
+        return np.array([places[name].start + joint for name in friction.TERMS])
 
     def _joint(self, fault: Fault) -> int:
         joint = self.of.each[fault.suspect].joint

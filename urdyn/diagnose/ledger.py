@@ -32,7 +32,8 @@ from urdyn.diagnose.verdict import (
     worse,
 )
 
-SERIES = 400  # blocks of a found change that are remembered
+SERIES = 400  # blocks of a found change that are remembered, from all the time since
+RECENT = 48  # of them, the last ones; older ones stand as far apart as they have to
 
 Findings = tuple[Finding, ...]
 
@@ -84,8 +85,11 @@ class Ledger:
     def now(self, book: Book, slow: SlowState) -> list[Finding]:
         """All findings, as they are by now."""
         known = {k: self.judge.of.each[k] for k in slow.suspects}
-        told = up_to_date(book.findings, known, book.series, self.space, book.upto)
-        return apart(told, known, self.judge.extent.terms(slow), self.space)
+        extent = self.judge.extent
+        told = up_to_date(
+            book.findings, known, book.series, self.space, book.upto, extent.strays(slow)
+        )
+        return apart(told, known, extent.terms(slow), self.space)
 
     def _new(self, book: Book, slow: SlowState) -> tuple[Book, list[Finding]]:
         """With the changes that this step has settled."""
@@ -106,7 +110,7 @@ class Ledger:
         for k, level in self.judge.extent.levels(slow).items():
             had = series.get(k, ())
             if not had or level[0] > had[-1][0]:  # a trace has the last block
-                series[k] = (*had, level)[-SERIES:]
+                series[k] = thinned((*had, level))
         return replace(book, series=series, upto=slow.bank.t)
 
     def _withdrawn(self, book: Book, slow: SlowState) -> Book:
@@ -120,6 +124,15 @@ class Ledger:
         return replace(
             book, series=series, findings=tuple(f for f in book.findings if f.id not in ids)
         )
+
+
+def thinned(series: tuple[Level, ...]) -> tuple[Level, ...]:
+    """Without the oldest of the levels whose neighbours stand closest, where they are too many."""
+    if len(series) <= SERIES:
+        return series
+    t = np.array([level[0] for level in series[:-RECENT]])
+    k = int(np.argmin(np.round(t[2:] - t[:-2]))) + 1
+    return series[:k] + series[k + 1 :]
 
 
 def finding_of(event: Event, book: Findings, space: Space, rules: Rules) -> Finding:

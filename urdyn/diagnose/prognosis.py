@@ -9,17 +9,19 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.diagnose.straight import straight
 from urdyn.types import Array
 
 DRAWS = 2000
 NEVER = 1e9  # [s] a rate that may as well be nothing
-SURE = 2.0  # [sd] of a rate, below which nothing is said
+SURE = 3.0  # [sd] of a rate, below which nothing is said: it is asked at every block
 FAN = (0.05, 0.25, 0.5, 0.75, 0.95)  # quantiles of a forecast
 STEPS = 41  # moments at which a forecast is told
 BEYOND = 1.15  # [-] of the time to the critical level, that a forecast looks ahead
 FARTHEST = 2.5  # [-] the same of its median, where its upper end may be never
 FEWEST = 4  # blocks that make a trend
-BENT = 4.0  # [-] of chi², by which a line fits better where it ends in a level
+WALKED = 6.0 / 5.0  # [-] of walk² over its time, variance of the slope of a line through it
+BENT = 9.0  # [-] of chi², by which a line that ends in a level has to be likelier
 
 
 @dataclass(frozen=True)
@@ -81,28 +83,26 @@ class Course:
         return max(abs(self.size) - critical, 0.1 * critical) / abs(self.rate)
 
 
-def trend(series: Sequence[tuple[float, float, float]], onset: float, now: float) -> Course | None:
+def trend(
+    series: Sequence[tuple[float, float, float]], onset: float, now: float, walk: float = 0.0
+) -> Course | None:
     """Where a series of (t, size, sd) is `now` [s], and its slope; None: it is too short.
 
-    Neighbours of a filter's belief err alike, so the slope's sd is that of two ends.
+    Args:
+        walk: how far a size strays that no fault moves [1/√s].
     """
     rows: Array = np.array([row for row in series if row[0] > onset])
     if len(rows) < FEWEST:
         return None
     t, y, sd = rows.T
-    u, w = t - now, 1.0 / sd
-    level, slope, straight = _line(u, y, w)
-    bent = min(_line(np.minimum(u - bend, 0.0), y, w)[-1] for bend in u[1:-1])
-    if straight - bent > BENT:
-        return Course(now, float(y[-1]), float(sd[-1]), 0.0, 0.0)  # a step, or a ramp that is over
-    scatter = float(np.sqrt(np.mean((y - level - slope * u) ** 2)))
-    end = float(np.hypot(sd[-1], scatter))
-    rate_sd = float(np.sqrt(2.0) * end / (t[-1] - t[0]))
-    return Course(now, level, end, slope, rate_sd)
-
-
-def _line(u: Array, y: Array, w: Array) -> tuple[float, float, float]:
-    """Level at u = 0 and slope of a line through y, which weighs w², and its chi²."""
-    X = w[:, None] * np.stack([np.ones_like(u), u], axis=1)
-    level, slope = map(float, np.linalg.lstsq(X, w * y)[0])
-    return level, slope, float(np.sum((w * (y - level - slope * u)) ** 2))
+    line, end = straight(t - now, y, sd), float(sd[-1])
+    if line.ended > BENT:
+        return Course(now, float(y[-1]), end, 0.0, 0.0)  # a step, or a ramp that is over
+    strayed = walk * np.sqrt(WALKED / (t[-1] - t[0]))
+    return Course(
+        t=now,
+        size=line.level,
+        size_sd=float(np.hypot(end, line.level_sd)),
+        rate=line.rate,
+        rate_sd=float(np.hypot(line.rate_sd, strayed)),
+    )

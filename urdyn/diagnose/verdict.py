@@ -88,11 +88,16 @@ def up_to_date(
     series: Mapping[int, Series],
     space: Space,
     now: float,
+    strays: Mapping[int, float],
 ) -> list[Finding]:
-    """All findings, the slow ones as their last block has them, which ended `now` [s]."""
+    """All findings, the slow ones as their last block has them, which ended `now` [s].
+
+    Args:
+        strays: how far sizes stray that no fault moves, by suspect [1/√s].
+    """
     slow = {identity(s, space): k for k, s in known.items()}
     return [
-        _grown(f, known[k], series[k], now)
+        _grown(f, known[k], series[k], now, strays[k])
         if (k := slow.get(f.id)) is not None and series.get(k)
         else f
         for f in findings
@@ -123,14 +128,15 @@ def worse(old: Finding, new: Finding) -> bool:
     return new is not old and (more or grows or new.severity != old.severity)
 
 
-def _grown(old: Finding, suspect: Suspect, series: Series, now: float) -> Finding:
+def _grown(old: Finding, suspect: Suspect, series: Series, now: float, strays: float) -> Finding:
     """A slow finding as its series has it now, and where that goes.
 
     A change that grows is as large as its course is `now`, from where it is forecast; any other as
     its last block has it.
     """
-    kind, series = suspect.kind, _read(suspect, series)
-    course = trend(series, old.onset_s, now)
+    kind, (_, walk) = suspect.kind, suspect.read(series[-1][1], strays)
+    series = _read(suspect, series)
+    course = trend(series, old.onset_s, now, walk)
     forecast = _forecast(suspect, course) if course else None
     _, size, sd = series[-1]
     if course and forecast:
