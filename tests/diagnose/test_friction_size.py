@@ -9,7 +9,9 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose import friction
+from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.moment import averaged
+from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import rows
 from urdyn.diagnose.space import space
 from urdyn.diagnose.warmth import unfelt
@@ -90,3 +92,14 @@ def test_sizes_are_held_by_their_intervals_as_often_as_they_say() -> None:
             held.append(abs(size - 0.5) < 1.645 * unsure)
     share = np.reshape(held, (2, n)).mean(axis=1)
     assert np.all(np.abs(share - 0.9) < 0.03)
+
+
+def test_what_began_before_all_that_is_remembered_is_told_beside_the_first_day(shop: Shop) -> None:
+    """What was believed by then had followed it."""
+    healthy = shop.diagnosis(shop.log(seconds=2.0)).slow.healthy
+    x, P = healthy.first
+    recall = Recall(300.0, x + 0.05, P)
+    for onset, off in ((100.0, 0.0), (400.0, 0.05)):
+        fault = Fault(0, onset, onset, 600.0, 0.1)
+        was, _ = recall.before(fault, healthy, (), healthy.straying)
+        np.testing.assert_array_equal(was, x + off)

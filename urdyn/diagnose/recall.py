@@ -73,9 +73,14 @@ class Recall:
     ) -> tuple[Array, Array]:
         """What was believed of the states, (N,) and (N, N), before a fault could be seen.
 
+        What was believed before the first of the blocks may have followed it for long if it began
+        before those: then nothing is known but the first day.
+
         Args:
             known: others.
         """
+        if fault.onset_lo < self.t:
+            return healthy.first
         last = self.x, healthy.opened(self.P, known, self.t)
         for block, x, P in self.course(healthy, known, straying):
             if not fault.unseen_in(block):
