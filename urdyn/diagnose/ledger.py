@@ -25,6 +25,7 @@ from urdyn.diagnose.space import Space
 from urdyn.diagnose.trust import in_company
 from urdyn.diagnose.verdict import (
     apart,
+    grown,
     identity,
     of_change,
     risen,
@@ -93,14 +94,17 @@ class Ledger:
 
     def _new(self, book: Book, slow: SlowState) -> tuple[Book, list[Finding]]:
         """With the changes that this step has settled."""
-        series, new = dict(book.series), []
+        series, new, strays = dict(book.series), [], self.judge.extent.strays(slow)
         for change in slow.found:
-            of_tool = self.judge.of.each[change.suspect].kind.of_tool
-            if not of_tool and change.suspect not in slow.suspects:
+            k, suspect = change.suspect, self.judge.of.each[change.suspect]
+            if not suspect.kind.of_tool and k not in slow.suspects:
                 continue
-            trace = [] if of_tool else self.judge.extent.trace(slow, change.suspect)
-            series[change.suspect] = tuple(trace)
-            new.append(of_change(change, self.judge.of, self.space, self.rules, trace))
+            trace = () if suspect.kind.of_tool else tuple(self.judge.extent.trace(slow, k))
+            series[k] = trace
+            finding = of_change(change, self.judge.of, self.space, self.rules, trace)
+            if trace:  # as large, and forecast, as it will be from the next block on
+                finding = grown(finding, suspect, trace, change.alarm, strays[k])
+            new.append(finding)
         findings, found = entered(book.findings, new)
         return replace(book, series=series, findings=unexplained(findings)), found
 

@@ -53,7 +53,6 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
     name, onset = _name(suspect, space), change.onset
     unsure = _unsure(suspect, size, sd)
     text = _said(kind, name, size, unsure, _since(onset, change.older))
-    forecast = _forecast(suspect, Course(change.alarm, size, sd, rate, rate_sd))
     return Finding(
         id=identity(suspect, space) + (f"@{onset:.1f}" if kind.of_tool else ""),
         kind=kind.finding_kind,
@@ -64,7 +63,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         alarm_s=change.alarm,
         severity=severity(suspect.grown(size), kind.warning, kind.critical),
         confidence=change.confidence * trust(kind.finding_kind, rules.named),
-        time_to_failure_s=_left(forecast),
+        time_to_failure_s=None,
         size=size,
         size_sd=unsure,
         quantity=kind.quantity,
@@ -72,7 +71,6 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         text=text + _likewise(kind),
         advice=kind.advice,
         evidence=evidence,
-        forecast=forecast,
         older=change.older,
     )
 
@@ -97,7 +95,7 @@ def up_to_date(
     """
     slow = {identity(s, space): k for k, s in known.items()}
     return [
-        _grown(f, known[k], series[k], now, strays[k])
+        grown(f, known[k], series[k], now, strays[k])
         if (k := slow.get(f.id)) is not None and series.get(k)
         else f
         for f in findings
@@ -128,7 +126,7 @@ def worse(old: Finding, new: Finding) -> bool:
     return new is not old and (more or grows or new.severity != old.severity)
 
 
-def _grown(old: Finding, suspect: Suspect, series: Series, now: float, strays: float) -> Finding:
+def grown(old: Finding, suspect: Suspect, series: Series, now: float, strays: float) -> Finding:
     """A slow finding as its series has it now, and where that goes.
 
     A change that grows is as large as its course is `now`, from where it is forecast; any other as
