@@ -8,7 +8,7 @@ A detector is settings with `init` and `step`, as a filter is; `Whitened` puts o
 that `learn_baseline` learnt from healthy data. Algorithm 2 is given the series as it is:
 
     ours = tuned_algorithm2(friction_when_new, critical)    # or Algorithm2, by thresholds
-    detect(friction, friction_when_new, detector=ours)    # run(ours, rows) where no baseline is
+    detect(friction, friction_when_new, detector=ours)    # run(ours, rows) without a baseline
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@
     confidence = min(0.9, max(0.5, slope / ref_slope))
     time to failure = (tau_c - theta_t) / slope
 
-It reads parameters as a filter estimates them; of a parameter that falls, such as health, all signs
-are turned. As written it says nothing on how its thresholds are found: `tuned_algorithm2` takes
+It reads parameters as a filter estimates them; for a parameter that falls, such as health, all
+signs are reversed. The paper does not say how to choose its thresholds: `tuned_algorithm2` derives
 them from the commissioned baseline.
 """
 
@@ -36,7 +36,7 @@ from urdyn.given import (
 from urdyn.types import Array, Mask, frozen
 
 WINDOW = 10  # [steps] k
-GAIN = 0.1  # [-] of the average that stands for the paper's filter where parameters are raw
+GAIN = 0.1  # [-] of the average that replaces the paper's filter where parameters are raw
 THRESHOLDS = ("warning", "critical", "slope", "reference_slope")
 ONE_WAY = "+1 where parameters rise, -1 where they fall"
 OVERSHOOT = 0.583  # of a random walk over a boundary [Siegmund1985]_
@@ -60,7 +60,7 @@ class Status:
     stream: int
     kind: str  # "friction_increase" and the like
     severity: float  # [-] 0 at the warning level, 1 at the critical one
-    confidence: float  # [-] .5 to .9 by the formula, and no probability
+    confidence: float  # [-] .5 to .9 by the formula, not a probability
     time_to_failure: float  # [steps] to the critical level; inf where nothing grows
 
 
@@ -73,7 +73,7 @@ class Algorithm2:
     slope: Array | float  # threshold_slope [unit/step]
     reference_slope: Array | float  # ref_slope [unit/step]
     window: int = WINDOW  # [steps] k
-    gain: float = 1.0  # [-] of an average taken first; 1: the parameters are a filter's already
+    gain: float = 1.0  # [-] of an average taken first; 1: the parameters are filtered already
     side: float = 1.0  # +1 where parameters rise to the critical level, -1 where they fall
     kind: str = "friction_increase"
 
@@ -93,7 +93,7 @@ class Algorithm2:
             )
 
     def _fit_each_other(self) -> None:
-        """Thresholds are of as many streams, or of all."""
+        """InputError unless thresholds are of equally many streams, or of one for all."""
         size = {name: np.size(getattr(self, name)) for name in THRESHOLDS}
         if len(set(size.values()) - {1}) > 1:
             sizes = ", ".join(f"{name} {n}" for name, n in size.items())
@@ -107,7 +107,7 @@ class Algorithm2:
         return History(np.full((self.window + 1, streams), np.nan))
 
     def step(self, state: History, observed: Array) -> tuple[History, Verdict]:
-        """Judge estimates (n,) [unit]; where one is NaN the one before stands."""
+        """Judge estimates (n,) [unit]; where one is NaN the previous one is kept."""
         before = state.theta[-1]
         observed = given_step(observed, len(before))
         moved = np.where(np.isfinite(before), before + self.gain * (observed - before), observed)
@@ -118,17 +118,17 @@ class Algorithm2:
         return after, Verdict(float(streams.max()), streams, kind, np.nan)
 
     def acknowledged(self, state: History) -> History:
-        """A slope of its own is needed for the next alarm."""
+        """Keep the last estimate alone: the next alarm needs a new slope."""
         return replace(state, theta=np.vstack([np.full_like(state.theta[1:], np.nan),
                                                state.theta[-1:]]))  # fmt: skip
 
     @property
     def alone(self) -> str:
-        """It has thresholds in their unit."""
+        """Its thresholds are in the parameters' units."""
         return "Algorithm 2 judges parameters, not innovations"
 
     def _slope_and_level(self, state: History) -> tuple[Array, Array]:
-        """Slopes and what is above the warning level, (n,) each, signed as the fault is."""
+        """Slopes and excess over the warning level, (n,) each, positive toward the fault."""
         slope = self.side * (state.theta[-1] - state.theta[0]) / self.window
         return slope, self.side * (state.theta[-1] - np.asarray(self.warning))
 
@@ -136,7 +136,7 @@ class Algorithm2:
         return np.asarray((slope > np.asarray(self.slope)) & (over > 0.0))
 
     def status(self, state: History) -> tuple[Status, ...]:
-        """Of every parameter, n."""
+        """Status of each of the n parameters."""
         slope, over = self._slope_and_level(state)
         detected = self._detected(slope, over)
         severity = over / np.abs(np.asarray(self.critical) - np.asarray(self.warning))
@@ -160,13 +160,14 @@ def tuned_algorithm2(
 ) -> Algorithm2:
     """Algorithm 2 with thresholds from healthy parameters as measured, (N, n) white around a level.
 
-    The warning level is one that their average, an autoregression of 1 - gain, passes once in
-    `promise` steps over all streams [Siegmund1985]_, what a baseline leaves in doubt paid for; the
-    slope's threshold is one sd of the slope.
-    That promise is one on white noise alone: where .095 of healthy runs may alarm, 1.00 do under
+    The warning level is one that their average, an autoregression of 1 - gain, crosses once in
+    `promise` steps over all streams [Siegmund1985]_, with a margin for the baseline's uncertainty;
+    the slope's threshold is one sd of the slope.
+    That promise holds for white noise alone: where .095 of healthy runs may alarm, 1.00 do under
     AR(.9), .92 under AR(.5), .8 with long tails or outliers, .41 where sigma is a fifth wider, .65
     where readings are rounded to steps of four sd.
-    Where noise alone reaches beyond `critical`, that level is one sd of the average further on.
+    Where noise alone reaches `critical`, that level is moved to 1 sd of the average past the
+    warning.
     """
     given_promise(promise)
     window = given_count(window, "window")
@@ -192,7 +193,7 @@ def tuned_algorithm2(
 
 
 def _learnt(z: float, gain: float, steps: Array) -> Array:
-    """Level [sd of the average] crossed as rarely as z is, though it is learnt from so many steps.
+    """Level [sd of the average] crossed as rarely as z, when learnt from so many steps.
 
     The estimation variances of the level, (2 - gain) / (gain steps), and of the spread,
     z² / (2 steps), inflate z²: the rate, as exp(-z² / 2), is averaged over both.

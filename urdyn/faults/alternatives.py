@@ -1,16 +1,16 @@
-"""What a healthy stream might turn into, as Markov chains of cells that a mixture runs over.
+"""How a healthy stream may change: Markov chains of cells that a mixture sums over.
 
-A stream's innovations are standard normal or less while it is healthy. Under an alternative their
-mean is that of the cell in which the chain is: a step has one cell; a ramp has a row of cells of
-rising mean, which it passes in as many steps as its rate takes on the average. So every onset is
-summed over without being remembered, and between two rates of the grid the data choose the pace.
+A healthy stream's innovations are standard normal or narrower. Under an alternative their mean is
+that of the chain's present cell: a step has one cell; a ramp has a row of cells of rising mean,
+which it passes, on average, at its rate. So all onsets are summed without being stored, and between
+two rates of the grid the data choose the pace.
 A cell's likelihood ratio is the exponential tilt of a clipped innovation,
 
     L = exp(lambda g - psi),   psi = ln E exp(lambda g),
 
 with g the innovation clipped (a mean) or its square (a variance), and the expectation over healthy
-noise: E L <= 1, whatever the tails do beyond the clip. Here it is a normal's; a `Mixture` that is
-shown skewed noise grants it more.
+noise: E L <= 1, whatever the tails do beyond the clip. Here psi is a normal's; a `Mixture` given
+skewed noise raises it.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from urdyn.errors import InputError
 from urdyn.given import fraction, given, positive
 from urdyn.types import Array, frozen
 
-CLIP = 2.5  # [sd] innovations count no further
+CLIP = 2.5  # [sd] at which innovations are clipped
 PHASES = 8  # cells that a ramp passes
-REACH = 2.2  # of the mean at which a ramp of that rate is usually found: its last cell
-PATIENCE = 10.0  # nats of evidence by which it is
-JUMP = 0.25  # prior weight of a step beside that of a ramp of 1 sd/step: wear grows
+REACH = 2.2  # mean of a ramp's last cell over the mean at which such a ramp is usually found
+PATIENCE = 10.0  # nats of evidence at which a ramp is found
+JUMP = 0.25  # prior weight of a step relative to a ramp of 1 sd/step: wear is gradual
 HURRY = 1.0 / 3.0  # power of the rate in a ramp's prior weight: a steep one leaves little time
-LOOSE = 1.25  # [-] by which healthy spread may exceed its bound before the variance is at fault
+LOOSE = 1.25  # [-] factor by which healthy spread may exceed its bound before it is a fault
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +39,14 @@ class Cells:
     """H cells of all alternatives, of one stream."""
 
     kinds: tuple[str, ...]  # of the alternatives
-    kind: Array  # (H,) which alternative a cell is of
+    kind: Array  # (H,) alternative of each cell
     side: Array  # (H,) +1 the mean rises, -1 it falls, 0 the variance grows
-    tilt: Array  # (H,) lambda [1/sd], [1/sd²] of a variance
+    tilt: Array  # (H,) lambda [1/sd], [1/sd²] for a variance
     psi: Array  # (H,)
-    stay: Array  # (H,) probability of the next step being in the same cell
-    move: Array  # (H,) of the cell before moving here
-    entry: Array  # (H,) prior weights, relative, that a change begins here
-    age: Array  # (H,) [steps] since the change began, on the average while in the cell
+    stay: Array  # (H,) probability of staying in the cell
+    move: Array  # (H,) probability of moving here from the previous cell
+    entry: Array  # (H,) relative prior weight of a change beginning here
+    age: Array  # (H,) [steps] mean age of the change while in the cell
 
     def __post_init__(self) -> None:
         for name in (f.name for f in fields(self) if f.name != "kinds"):
@@ -68,10 +68,10 @@ def cells(
         rates: of ramps [sd/step].
         steps: sizes of steps [sd].
         variances: ratios of the variance to the healthy one.
-        changing: prior weight of the variances beside ramps and steps.
+        changing: prior weight of the variances, against ramps and steps.
 
     Raises:
-        InputError: there is none at all, or one that is no change.
+        InputError: there is no alternative, or one is no change.
     """
     rates = given(rates, "rates", "positive numbers", positive).tolist()
     steps = given(steps, "steps", "positive numbers", positive).tolist()
@@ -121,19 +121,19 @@ def _ramp(kind: int, side: float, rate: float, weight: float) -> Array:
 
 
 def _lasting(kind: int, side: float, tilt: float, psi: float, weight: float) -> Array:
-    """The one cell of a change that stays as it is, (1, 8)."""
+    """The one cell of a constant change, (1, 8)."""
     return np.array([[kind, side, tilt, psi, 1.0, 0.0, weight, np.nan]])
 
 
 def mean_psi(tilt: Array | float) -> Array:
-    """ln E exp(tilt c) of c, a standard normal clipped."""
+    """ln E exp(tilt c) of c, a clipped standard normal."""
     tilt = np.asarray(tilt)
     inside = np.exp(0.5 * tilt**2) * (ndtr(CLIP - tilt) - ndtr(-CLIP - tilt))
     return np.asarray(np.log(inside + 2.0 * np.cosh(CLIP * tilt) * ndtr(-CLIP)))
 
 
 def square_psi(tilt: float) -> float:
-    """ln E exp(tilt c²) of c, a normal of sd LOOSE clipped; 2 tilt LOOSE² < 1."""
+    """ln E exp(tilt c²) of c, a clipped normal of sd LOOSE; 2 tilt LOOSE² < 1."""
     narrow = np.sqrt(1.0 - 2.0 * tilt * LOOSE**2)
     inside = (2.0 * ndtr(CLIP / LOOSE * narrow) - 1.0) / narrow
     return float(np.log(inside + 2.0 * np.exp(tilt * CLIP**2) * ndtr(-CLIP / LOOSE)))

@@ -1,8 +1,8 @@
-"""How a healthy stream's next value follows from its last ones, outliers in both notwithstanding.
+"""Autoregression of a healthy stream, robust to outliers in its values and their past.
 
-Bounded influence: a row counts less where its residual is large (Huber) and where one of the values
-that it predicts from is (Mallows) [Martin1986]_. Otherwise 2 % of outliers halve an
-autoregression of .9, and what is left of the colour raises false alarms.
+Bounded influence: a row counts less where its residual is large (Huber) or one of its regressors is
+(Mallows) [Martin1986]_. Otherwise 2 % of outliers halve an autoregression of .9, and the remaining
+colour raises false alarms.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from urdyn.types import MAD_TO_SD, Array, Mask
 ORDERS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24)  # candidates
 BOUND = 2.5  # [sd] of a value or a residual, beyond which a row counts less
 ROUNDS = 15
-SETTLED = 1e-3  # [-] change of a coefficient in a round; a tenth of what 1000 steps can tell
-ROWS = 20  # for each coefficient, its own past among them
-SEEN = 0.25  # of the pairs of the lag with most of them: fewer, and a lag is not seen
-RIDGE = 1e-9  # of the normal matrix: values that repeat
+SETTLED = 1e-3  # [-] change of a coefficient in a round; a tenth of what 1000 steps resolve
+ROWS = 20  # needed per coefficient, the first p without a past included
+SEEN = 0.25  # of the most frequent lag's pairs: a lag with fewer counts as unseen
+RIDGE = 1e-9  # relative to the normal matrix: values may repeat
 
 
 def lagged(series: Array, order: int) -> Array:
@@ -31,11 +31,11 @@ def lagged(series: Array, order: int) -> Array:
 
 
 def autoregression(y: Array) -> tuple[Array, int]:
-    """Coefficients (p,) of y, (N,) around its level, and the steps between those they tell of.
+    """Coefficients (p,) of y, (N,) around its level, and the spacing of their lags.
 
-    Their order is that of the Bayesian criterion. Where rows are missing in a rhythm, so that
-    neighbours are never seen, lags are multiples of the nearest that is. Of what is mostly one
-    number none are told: that number foretells itself, whatever follows from the others.
+    The Bayesian information criterion chooses their order. Where rows are missing periodically, so
+    that neighbours are never seen, lags are multiples of the shortest one seen. A series that is
+    mostly one number has none: that number predicts itself, whatever follows from the others.
     """
     pace = _pace(np.isfinite(y))
     allowed = [p for p in ORDERS if p * pace <= ORDERS[-1]]
@@ -44,20 +44,20 @@ def autoregression(y: Array) -> tuple[Array, int]:
     size = MAD_TO_SD * float(np.median(np.abs(y[_complete(y, past[:, : allowed[-1]])])))
     if not size > 0.0 or len(allowed) == 1 or is_mostly_one_number(y[np.isfinite(y)]):
         return np.zeros(0), pace
-    y, past = y / size, past / size  # whose squares are floats in any unit
+    y, past = y / size, past / size  # so that squares are finite in any unit
     found = _of_all(y, past, allowed) if np.isfinite(y).all() else _step_by_step(y, past, allowed)
     return _spaced(found, pace), pace
 
 
 def complete(y: Array, coefficients: Array) -> int:
-    """Steps of y, (N,), from which these coefficients could be learnt, those before them too."""
+    """Number of steps of y, (N,), that these coefficients are learnt from, the first p included."""
     lags = np.flatnonzero(coefficients)
     past = lagged(y[:, None], len(coefficients))[:, lags, 0]
     return int(_complete(y, past).sum()) + len(coefficients)
 
 
 def _pace(measured: Mask) -> int:
-    """The nearest lag that is seen; one beyond all orders where none is."""
+    """The shortest lag seen; one beyond all orders where none is."""
     pairs = np.array([(measured[k:] & measured[:-k]).sum() for k in range(1, ORDERS[-1] + 1)])
     seen = (pairs >= ROWS) & (pairs >= SEEN * pairs.max())
     return int(seen.argmax()) + 1 if seen.any() else ORDERS[-1] + 1
@@ -69,12 +69,12 @@ def _complete(y: Array, past: Array) -> Mask:
 
 
 def _shown(y: Array, past: Array) -> bool:
-    """So many coefficients have rows enough, which the first steps without a past count as."""
+    """Whether so many coefficients have enough rows, the first ones without a past included."""
     return bool(_complete(y, past).sum() + past.shape[1] >= ROWS * past.shape[1])
 
 
 def _of_all(y: Array, past: Array, allowed: list[int]) -> Array:
-    """Coefficients of the best order, each seen by the same steps."""
+    """Coefficients of the best order, all fitted to the same steps."""
     order = allowed[-1]
     rows = _complete(y, past[:, :order])
     X, z = past[rows], y[rows]
@@ -83,7 +83,7 @@ def _of_all(y: Array, past: Array, allowed: list[int]) -> Array:
 
 
 def _step_by_step(y: Array, past: Array, allowed: list[int]) -> Array:
-    """Coefficients of the best order: each beside the best of less, by the steps that show both."""
+    """Coefficients of the best order: each against the best lower one, by steps that show both."""
     best = allowed[0]
     for order in allowed[1:]:
         rows = _complete(y, past[:, :order])
@@ -94,7 +94,7 @@ def _step_by_step(y: Array, past: Array, allowed: list[int]) -> Array:
 
 
 def _best(X: Array, z: Array, found: dict[int, Array]) -> int:
-    """The order of least cost by the Bayesian criterion."""
+    """The order with the least Bayesian information criterion."""
     residual = {p: z - X[:, :p] @ a for p, a in found.items()}
     # One set of weights for all orders: what differs between them is the colour alone.
     weight = _bounded(residual[max(found)])
@@ -113,7 +113,7 @@ def _spaced(found: Array, pace: int) -> Array:
 
 
 def _fit(X: Array, z: Array) -> Array:
-    """Least squares of values of unit size, weighed by residuals and leverage, (p,)."""
+    """Least squares of values of unit size, weighted by residuals and leverage, (p,)."""
     p = X.shape[1]
     if not p:
         return np.zeros(0)

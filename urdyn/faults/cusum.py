@@ -2,7 +2,7 @@
 
     R_t = L(y_t) max(R_{t-1} T, entry)
 
-No more than the sum, so the promise holds with the same threshold, and somewhat later alarms.
+It is at most their sum, so the promise holds with the same threshold; alarms come somewhat later.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Cusum(Gathering):
         return np.asarray(after)
 
     def verdict(self, R: Array) -> tuple[float, Array, Array]:
-        """The stream that leads."""
+        """That of the leading stream."""
         streams = R.max(axis=1) / (self.promise * len(R))
         leading = int(streams.argmax())
         return float(streams[leading]), streams, R[leading]

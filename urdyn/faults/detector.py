@@ -1,4 +1,4 @@
-"""One protocol for every detector, and the loop that makes an online step an offline verdict."""
+"""One protocol for every detector, and the loop that runs its online step over a series."""
 
 from __future__ import annotations
 
@@ -16,53 +16,53 @@ S = TypeVar("S")
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """What a detector says after one step."""
+    """A detector's result after one step."""
 
-    evidence: float  # [-] over the threshold, of all streams together: 1 or more is an alarm
-    streams: Array  # (n,) [-] the same, of every stream by itself
+    evidence: float  # [-] relative to the threshold, of all streams together: 1 or more is an alarm
+    streams: Array  # (n,) [-] the same, of each stream
     kind: str = ""  # what explains the leading stream best: "ramp up", "step down", "variance", ...
-    age: float = np.nan  # [steps] since that seems to have begun
+    age: float = np.nan  # [steps] since its estimated onset
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "streams", frozen(self.streams))
 
     @property
     def alarm(self) -> bool:
-        """The promised evidence is there."""
+        """Whether the evidence reaches the threshold."""
         return self.evidence >= 1.0
 
     @property
     def stream(self) -> int:
-        """The stream that says most."""
+        """The stream with the most evidence."""
         return int(self.streams.argmax())
 
 
 @runtime_checkable
 class Detector(Protocol[S]):
-    """Settings; all state is in the value S that goes from step to step.
+    """Settings; all state is in the value S passed from step to step.
 
     S is made of arrays and numbers, so that a checkpoint can hold it.
     """
 
     def init(self, streams: int) -> S:
-        """State before the first step of so many streams."""
+        """State of so many streams before the first step."""
 
     def step(self, state: S, observed: Array) -> tuple[S, Verdict]:
-        """One step on: what was observed, (n,), NaN where nothing was.
+        """One step, by what was observed, (n,), NaN where nothing was.
 
         An alarm lasts until `acknowledged`; the promise is kept from there to the next.
         """
 
     def acknowledged(self, state: S) -> S:
-        """The alarm is known: evidence is gathered anew, what healthy looks like is kept."""
+        """State after an alarm: evidence starts anew, what is known of healthy streams is kept."""
 
 
 @runtime_checkable
 class SpreadJudge(Protocol[S]):
-    """A detector that looks for a growing spread, too, and has to be told how much was followed."""
+    """A detector that also looks for a growing spread, and needs to know how much was followed."""
 
     def step_beside(self, state: S, observed: Array, wider: Array) -> tuple[S, Verdict]:
-        """One step on, by innovations that were divided by `wider`, (n,)."""
+        """One step, by innovations already divided by `wider`, (n,)."""
 
 
 @runtime_checkable
@@ -70,12 +70,12 @@ class Taught(Protocol[S]):
     """A detector that can be shown what healthy innovations are like, beyond their spread."""
 
     def taught(self, healthy: Array) -> Detector[S]:
-        """The same one, which takes such as these, (N, n) [sd], for healthy; NaN: not measured."""
+        """The same, with such innovations, (N, n) [sd], taken for healthy; NaN: not measured."""
 
 
 @runtime_checkable
 class Alone(Protocol):
-    """A detector of streams as they were measured: no baseline is put before it."""
+    """A detector of raw streams: no baseline is put before it."""
 
     @property
     def alone(self) -> str:
@@ -84,7 +84,7 @@ class Alone(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """What a detector said of a series."""
+    """A detector's results over a series."""
 
     alarms: tuple[int, ...]  # rows of the series with an alarm, each acknowledged at once
     verdicts: tuple[Verdict, ...]  # N
@@ -104,7 +104,7 @@ class Detection:
 
     @property
     def stream(self) -> int | None:
-        """The stream that said most at the first alarm."""
+        """The leading stream at the first alarm."""
         return self.verdicts[self.alarms[0]].stream if self.alarms else None
 
     @property
@@ -112,7 +112,7 @@ class Detection:
         """Row from which the change seemed to be there, at the first alarm.
 
         None where there is no alarm, and where a step or a variance leads: sums over all onsets
-        remember those of ramps alone. `GLR` tells that of a step, too.
+        keep the age of ramps alone. `GLR` gives that of a step, too.
         """
         if not self.alarms:
             return None
@@ -121,12 +121,12 @@ class Detection:
 
     @property
     def evidence(self) -> Array:
-        """History of the evidence in units of what an alarm takes, (N,)."""
+        """History of the evidence relative to the threshold, (N,)."""
         return np.array([verdict.evidence for verdict in self.verdicts])
 
 
 def given_detector(detector: object) -> None:
-    """InputError where this is no detector: nothing that has its three methods, or their class."""
+    """InputError unless this is a detector: an object with its three methods, not its class."""
     if isinstance(detector, type) or not isinstance(detector, Detector):
         raise InputError(
             f"detector {detector!r}: takes one with its settings, ShiryaevRoberts() say"
@@ -134,7 +134,7 @@ def given_detector(detector: object) -> None:
 
 
 def run(detector: Detector[S], observed: Array) -> Detection:
-    """Run `detector` over a series (N, n), one `step` a row, each alarm acknowledged at once."""
+    """Run `detector` over a series (N, n), one `step` per row, each alarm acknowledged at once."""
     rows = given_rows(observed, "a series")
     given_detector(detector)
     state = detector.init(rows.shape[1])

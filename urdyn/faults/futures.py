@@ -1,4 +1,4 @@
-"""Where the courses that count go from now on: when a level is passed, as a mixture over them."""
+"""The future of the weighted courses: when a level is crossed, as a mixture over them."""
 
 from __future__ import annotations
 
@@ -11,38 +11,38 @@ from scipy.special import log_ndtr, ndtr, ndtri_exp
 
 from urdyn.types import Array
 
-TINY, LARGE = 1e-100, 600.0  # times as large as now; nats
-PARTS = (np.arange(11.0) + 0.5) / 11.0  # [-] quantiles that stand for a pace, or an onset
+TINY, LARGE = 1e-100, 600.0  # [-] least growth; [nats] most growth
+PARTS = (np.arange(11.0) + 0.5) / 11.0  # [-] quantiles that represent a pace, or an onset
 
 
 class Paces(NamedTuple):
-    """Gaussians that are cut off at zero, (C,) each."""
+    """Gaussians truncated at zero, (C,) each."""
 
-    mean: Array  # before the cut
+    mean: Array  # before truncation
     sd: Array
 
     @property
     def cut(self) -> Array:
-        """ln P(above zero), of the Gaussians."""
+        """ln P(above zero) of the Gaussians, (C,)."""
         return np.asarray(log_ndtr(self.mean / self.sd))
 
     def quantiles(self, of: Array) -> Array:
-        """Of each, (len(of), C)."""
+        """Quantiles of each, (len(of), C)."""
         above = np.log1p(-of)[:, None] + self.cut
         return np.asarray(np.maximum(self.mean - self.sd * ndtri_exp(above), 0.0))
 
 
 @dataclass(frozen=True, eq=False)
 class Smooth:
-    """C courses that go as their shape says, known but for their size."""
+    """C courses of fixed shape, of which only the size is uncertain."""
 
     weight: Array  # (C,) [-]
     age: Array  # (C,) [steps] since the onset t0
-    lasts: Array  # (C,) [steps] from the onset on until it stopped; inf: it goes on
+    lasts: Array  # (C,) [steps] from the onset until it stopped; inf: it goes on
     power: Array  # (C,) [-]
-    haste: Array  # (C,) [1/step] rate from now on, over the change
+    haste: Array  # (C,) [1/step] rate from now on, relative to the change
     ahead: Array  # (C,) [-] power from now on
-    mean: Array  # (C,) [spread] of the change now before it is cut off at zero, sign of the fault
+    mean: Array  # (C,) [spread] of the change now before truncation at zero, sign of the fault
     sd: Array  # (C,) [spread]
 
     def crossed(self, rise: float, x: float) -> float:
@@ -58,7 +58,7 @@ class Smooth:
         return self._above(rate, self.haste)
 
     def _above(self, level: float, times: Array) -> float:
-        """P(the change, so many times as large, (C,), is above a level), weighed."""
+        """P(the change, scaled by `times` (C,), is above a level), weighted."""
         there = times > TINY
         least = level / np.where(there, times, 1.0)
         # In logarithms: both may be tiny.
@@ -72,21 +72,21 @@ class Smooth:
 
 @dataclass(frozen=True, eq=False)
 class Wandering:
-    """C ramps whose level walks besides: change = off + pace x shape now, and pace a step later.
+    """C ramps on a random walk: change = off + pace x shape now, growing by pace per step.
 
-    Wear does not come back: what is there at x has been crossed by then [Birnbaum1969]_, and what
-    was crossed is there now. Of the past the ends are known, the onset and now; a walk between two
-    ends is a bridge.
+    Wear does not reverse: a level exceeded at x was crossed by then [Birnbaum1969]_, and one that
+    was crossed is exceeded now. In the past both ends are known, the onset and now; a walk between
+    two ends is a bridge.
     """
 
     weight: Array  # (C,) [-]
     age: Array  # (C,) [steps] since the onset
-    mean: Array  # (C,) [spread/step] of the pace before it is cut off at zero, sign of the fault
+    mean: Array  # (C,) [spread/step] of the pace before truncation at zero, sign of the fault
     sd: Array  # (C,) [spread/step]
     shape: Array  # (C,) [steps]
-    off: Array  # (C,) [spread] what the level has walked, without a ramp
-    var: Array  # (C,) [spread²] of the change now, the pace given
-    walk: Array  # (C,) [spread²/step] by which it walks
+    off: Array  # (C,) [spread] walk of the level so far, without a ramp
+    var: Array  # (C,) [spread²] of the change now, given the pace
+    walk: Array  # (C,) [spread²/step] variance of the walk
 
     def crossed(self, rise: float, x: float) -> float:
         """P(the parameter has changed by `rise` [spread] within the next x steps), weighed."""
@@ -113,7 +113,7 @@ class Wandering:
 
     @cached_property
     def _pace(self) -> Array:
-        """(P, C) [spread/step], equally likely."""
+        """Equally likely paces, (P, C) [spread/step]."""
         return Paces(self.mean, self.sd).quantiles(PARTS)
 
     @cached_property
@@ -123,9 +123,9 @@ class Wandering:
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Of one stream: courses with their weights and changes; [spread] is the baseline's.
+    """Courses of one stream with their weights and changes; [spread] is the baseline's.
 
-    Weights are of the courses, given that there is one; all of them sum to 1.
+    Weights are conditional on an onset; all of them sum to 1.
     """
 
     smooth: Smooth
@@ -134,17 +134,17 @@ class Posterior:
 
     @property
     def weight(self) -> Array:
-        """(C,) [-] of all courses."""
+        """Weights of all courses, (C,) [-]."""
         return np.concatenate([self.smooth.weight, self.wandering.weight])
 
     @property
     def age(self) -> Array:
-        """(C,) [steps] of all courses."""
+        """Ages of all courses, (C,) [steps]."""
         return np.concatenate([self.smooth.age, self.wandering.age])
 
     @property
     def straight(self) -> float:
-        """P(it is an even ramp that goes on | begun) [-]."""
+        """P(it is a straight ramp that goes on | begun) [-]."""
         one = self.smooth
         return float(one.weight @ ((one.power == 1.0) & np.isinf(one.lasts)))
 

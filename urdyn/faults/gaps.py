@@ -1,14 +1,14 @@
-"""What is expected of values that were not measured, so that those after a gap can be judged.
+"""Expected values where none were measured, so that those after a gap can be judged.
 
 A Kalman filter over the last p values x of an autoregression, exact where nothing is missing:
 
     f = a'x + c,    v = 1 + a'P a,    e = (y - f) / sqrt(v)
 
-Measured values have no doubt P; a missing one is f, with the doubt v, until later ones tell more of
-it: x += P a / v (y - f). Values of before the first are as good as unknown. [Jones1980]_
+Measured values have no variance P; a missing one is f, with variance v, until later ones correct
+it: x += P a / v (y - f). Values before the first are all but unknown. [Jones1980]_
 
-All of it is linear: what a change adds to the values is expected by the same gains, and what it is
-missed by, over the same sqrt(v), it adds to innovations.
+All of it is linear: what a change adds to the values is predicted by the same gains, and its
+prediction error, over the same sqrt(v), is added to innovations.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 
 from urdyn.types import Array, Mask, frozen
 
-UNKNOWN = 1e4  # [spread²] doubt of a value of which nothing is known
+UNKNOWN = 1e4  # [spread²] variance of an unknown value
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Past:
     value: Array  # (p, n) [unit] measured or expected, oldest first
     doubt: Array  # (n, p, p) [spread²] covariance, newest first
     seen: Array  # (n,) steps
-    rest: Array  # (n,) steps in which nothing is judged, since the last one that was is too near
+    rest: Array  # (n,) steps still too near the last judged one to be judged
 
     def __post_init__(self) -> None:
         for name in ("value", "doubt", "seen", "rest"):
@@ -39,12 +39,12 @@ class Past:
 
 
 class Crossing(NamedTuple):
-    """How n streams were taken a step on: by the same gains goes what is added to their values."""
+    """How n streams crossed a step: the same gains apply to what is added to their values."""
 
     usable: Mask  # (n,) a value is measured, and not too near
-    lost: Mask  # (n,) one that is not would be as good as unknown
-    gain: Array  # (n, p) P a / v, newest first; 0 where nothing is told
-    v: Array  # (n,) [spread²] of what is foreseen
+    lost: Mask  # (n,) a value that is not usable is all but unknown
+    gain: Array  # (n, p) P a / v, newest first; 0 where not usable
+    v: Array  # (n,) [spread²] variance of the prediction
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +53,8 @@ class Bridge:
 
     coefficients: Array  # (n, p) a, the newest lag first
     level: Array  # (n,) c [unit]
-    typical: Array  # (n,) [unit] of a value of which nothing is known
-    pace: Array  # (n,) steps between two that can be judged: nearer ones were never seen
+    typical: Array  # (n,) [unit] expected where nothing is known
+    pace: Array  # (n,) steps between judged values: closer ones were never seen
 
     def init(self) -> Past:
         """Nothing seen yet."""
@@ -63,18 +63,18 @@ class Bridge:
         return Past(np.tile(self.typical, (p, 1)), doubt, np.zeros(n), np.zeros(n))
 
     def step(self, past: Past, y: Array) -> tuple[Past, Array]:
-        """One step on, and the innovations of y, (n,) [unit]: NaN where none can be told."""
+        """One step, and the innovations of y, (n,) [unit]: NaN where there is none."""
         after, e, _ = self.crossed(past, y)
         return after, e
 
     def crossed(self, past: Past, y: Array) -> tuple[Past, Array, Crossing | None]:
-        """The same, and how the step is crossed; None where nothing of it is missing."""
+        """The same, and how the step is crossed; None where nothing is missing."""
         usable = np.isfinite(y) & (past.rest <= 0.0)
         foreseen = np.einsum("np,pn->n", self.coefficients, past.value[::-1])
         missed = y - foreseen - self.level
         rest = np.maximum(np.where(usable, self.pace, past.rest) - 1.0, 0.0)
         seen, judged = past.seen + 1.0, usable & (past.seen >= self._order)
-        if usable.all() and not past.doubt.any():  # the rule, without a gap
+        if usable.all() and not past.doubt.any():  # the usual case: no gap
             value = np.vstack([past.value, y])[1:] if len(past.value) else past.value
             after = replace(past, value=value, seen=seen, rest=rest)
             return after, np.where(judged, missed, np.nan), None
@@ -88,11 +88,11 @@ class Bridge:
         cross = np.einsum("npq,nq->np", past.doubt, self.coefficients)
         v = 1.0 + np.einsum("np,np->n", self.coefficients, cross)
         gain = np.where(usable[:, None], cross / v[:, None], 0.0)
-        lost = v > UNKNOWN  # since a gap in which an autoregression forgets, or runs away
+        lost = v > UNKNOWN  # after a gap in which the autoregression forgets, or diverges
         return Crossing(usable, lost, gain, v), cross
 
     def _values(self, past: Past, by: Crossing, newest: Array, missed: Array) -> Array:
-        """Values of the last p steps, of which the newest tells, (p, n)."""
+        """Values of the last p steps, corrected by the newest, (p, n)."""
         if not len(past.value):
             return past.value
         newest = np.where(by.lost & ~by.usable, self.typical, newest)
@@ -100,7 +100,7 @@ class Bridge:
         return np.vstack([past.value + learnt, newest])[1:]
 
     def _doubts(self, past: Past, by: Crossing, cross: Array) -> Array:
-        """Their doubt, (n, p, p)."""
+        """Their covariance, (n, p, p)."""
         doubt = np.empty_like(past.doubt)
         if not len(past.value):
             return doubt
@@ -112,18 +112,18 @@ class Bridge:
         return doubt
 
     def carried(self, over: Array, h: Array, by: Crossing) -> tuple[Array, Array]:
-        """What is added to values, across a step: how far it is expected too high, and what is not.
+        """Carry an addition to the values across a step: its error, and its part in innovations.
 
         Args:
-            over: its expected values over the true ones at the last p steps, newest first,
-                (p, ..., n); 0 where measured.
+            over: its expected minus its true values at the last p steps, newest first, (p, ..., n);
+                0 where measured.
             h: what it adds to innovations where nothing is missing, (..., n).
 
         Returns:
-            `over` a step later, and what it adds to the innovations that `crossed` told.
+            `over` a step later, and what it adds to the innovations from `crossed`.
         """
         missed = h - np.einsum("np,p...n->...n", self.coefficients, over)
-        # Of what is lost nothing is known, and so little is learnt next that it need not be right.
+        # A lost value is unknown, and the next corrects so little that it need not be exact.
         newest = np.where(by.usable | by.lost, 0.0, -missed)
         gain = np.expand_dims(by.gain.T, tuple(range(1, missed.ndim)))
         later = np.concatenate([newest[None], over + gain * missed])[: len(over)]
@@ -136,13 +136,13 @@ class Bridge:
         return np.asarray(np.max(np.where(self.coefficients != 0.0, lag, 0), axis=1, initial=0))
 
     def of(self, streams: Mask) -> Bridge:
-        """Of some of the streams."""
+        """The same for some of the streams."""
         chosen = (x[streams] for x in (self.coefficients, self.level, self.typical, self.pace))
         return Bridge(*chosen)
 
 
 def bridged(bridge: Bridge, series: Array) -> Array:
-    """Innovations of a series (N, n) [unit] that begins anew; NaN where none can be told."""
+    """Innovations of a series (N, n) [unit] without a past; NaN where there is none."""
     past, e = bridge.init(), np.empty_like(series)
     for row, y in enumerate(series):
         past, e[row] = bridge.step(past, y)

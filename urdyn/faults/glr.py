@@ -1,9 +1,9 @@
-"""The generalised likelihood ratio: onset and size are whatever explains the last steps best.
+"""The generalised likelihood ratio: the onset and size that explain the last steps best.
 
     z = max over ages a, shapes g of  sum_k g_k c_k / |g|,   g_k = k (ramp) or 1 (step), k = 1 .. a
 
-Every term is standard normal while the stream is healthy, so that one false alarm in N steps costs
-Q(z) = 1 / (N n K) for n streams and K terms: the union's bound needs no simulation. [Willsky1976]_
+Every term is standard normal while the stream is healthy, so that one false alarm in N steps takes
+Q(z) = 1 / (N n K) for n streams and K terms: the union bound needs no simulation. [Willsky1976]_
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ class Window:
 class GLR:
     """At most one false alarm in `promise` steps over all streams, for standardised innovations."""
 
-    promise: float = 10_000.0  # [steps] to a false alarm, at least, on the average
+    promise: float = 10_000.0  # [steps] mean time to a false alarm, at least
     ages: tuple[int, ...] = AGES  # [steps] since the onset, increasing
     side: Array | float = 0.0  # (n,) or one for all: +1 only a rise matters, -1 a fall, 0 both
-    tolerance: Array | float = 0.0  # (n,) or one [sd]: a change of the mean that is none
+    tolerance: Array | float = 0.0  # (n,) or one [sd]: a change of the mean that is no fault
 
     def __post_init__(self) -> None:
         given_promise(self.promise)
@@ -67,7 +67,7 @@ class GLR:
         return np.asarray(terms / np.linalg.norm(terms, axis=1, keepdims=True))
 
     def taught(self, healthy: Array) -> GLR:
-        """Its promise is kept on innovations that swing as these do, (N, n) [sd]."""
+        """The same, keeping its promise on innovations that swing as these do, (N, n) [sd]."""
         slack = given_tolerance(self.tolerance, healthy.shape[1])
         return replace(self, tolerance=slack + swings(healthy))
 
@@ -79,7 +79,7 @@ class GLR:
         return Window(np.zeros((self.ages[-1], streams)))
 
     def step(self, state: Window, observed: Array) -> tuple[Window, Verdict]:
-        """Fit every term to the window that ends with the innovations, (n,) [sd]."""
+        """Fit every term to the window that ends with these innovations, (n,) [sd]."""
         observed = given_step(observed, state.e.shape[1])
         newest = np.where(np.isfinite(observed), observed, 0.0)
         e = np.vstack([state.e[1:], newest])

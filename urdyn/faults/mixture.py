@@ -1,4 +1,4 @@
-"""How likely each alternative makes a step's innovations, for the tests that share them."""
+"""Likelihood of a step's innovations under each alternative, for the tests that share it."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from urdyn.faults.alternatives import CLIP, Cells, cells
 from urdyn.given import given_rows, given_side, given_streams, given_tolerance
 from urdyn.types import Array, frozen
 
-AT_ONCE = 10_000  # healthy innovations, of which each takes H numbers
+AT_ONCE = 10_000  # healthy innovations, each of which takes H numbers
 
 
 @dataclass(frozen=True, eq=False)
 class Mixture:
-    """Alternatives of streams whose healthy innovations have a spread of one at most."""
+    """Alternatives for streams whose healthy innovations have a spread of one at most."""
 
     alternatives: Cells = field(default_factory=cells)
     side: Array | float = 0.0  # (n,) or one for all: +1 only a rise matters, -1 a fall, 0 both
-    tolerance: Array | float = 0.0  # (n,) or one [sd]: a change of the mean that is none
-    healthy: Array | None = None  # (N, n) [sd] innovations while healthy; None: a normal's
+    tolerance: Array | float = 0.0  # (n,) or one [sd]: a change of the mean that is no fault
+    healthy: Array | None = None  # (N, n) [sd] innovations while healthy; None: normal
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "side", frozen(given_side(self.side)))
@@ -34,7 +34,7 @@ class Mixture:
             object.__setattr__(self, "healthy", frozen(rows))
 
     def given_streams(self, streams: object) -> int:
-        """Number of streams, 1 or more; InputError where the settings are of another."""
+        """Number of streams, 1 or more; InputError where the settings have another."""
         n = given_streams(streams)
         given_side(self.side, n)
         given_tolerance(self.tolerance, n)
@@ -63,7 +63,7 @@ class Mixture:
 
     @cached_property
     def _more(self) -> Array:
-        """(n or 1, H) by which psi is more than a normal's: E L <= 1 on skewed noise, too."""
+        """Excess of psi over a normal's, (n or 1, H), so that E L <= 1 on skewed noise, too."""
         if self.healthy is None:
             return np.zeros((1, len(self.alternatives)))
         n = self.healthy.shape[1]
@@ -78,9 +78,9 @@ class Mixture:
         return np.asarray(np.log(np.maximum(L / len(seen), 1.0)))
 
     def likelihood(self, observed: Array, wider: Array | float = 1.0) -> Array:
-        """Of innovations (n,) [sd] under each cell, over that of healthy ones, (n, H).
+        """Likelihood of innovations (n,) [sd] under each cell, over that while healthy, (n, H).
 
-        A variance is judged by what they were before they were divided by `wider`.
+        A variance is judged by the innovations before their division by `wider`.
         """
         e = np.where(np.isfinite(observed), observed, 0.0)
         exponent = self._exponent(e, *self._sides, wider)
@@ -90,7 +90,7 @@ class Mixture:
     def _exponent(
         self, e: Array, side: Array | float, slack: Array | float, wider: Array | float = 1.0
     ) -> Array:
-        """tilt g - psi of innovations (n,) [sd], psi that of a normal, (n, H)."""
+        """tilt g - psi of innovations (n,) [sd], with a normal's psi, (n, H)."""
         grown = np.empty((4, len(e)))
         np.subtract(e, slack, out=grown[0])
         np.subtract(-e, slack, out=grown[1])
@@ -103,12 +103,12 @@ class Mixture:
 
     @staticmethod
     def unless_missing(after: Array, before: Array, observed: Array) -> Array:
-        """What was gathered, (n, H): a stream that was not measured stays where it was."""
+        """Evidence (n, H): that of a stream that was not measured stays as it was."""
         measured = np.isfinite(observed)
         return after if measured.all() else np.where(measured[:, None], after, before)
 
     def explanation(self, evidence: Array) -> tuple[str, float]:
-        """The alternative that says most in one stream's (H,), and its age [steps] or NaN."""
+        """The leading alternative in one stream's evidence (H,), and its age [steps] or NaN."""
         cell = self.alternatives
         leading = int(evidence.argmax())
         if not evidence[leading] > 0.0:

@@ -1,9 +1,9 @@
-"""What could be reached at best: Page's test told the ramp beforehand, all but its onset.
+"""The best that can be reached: Page's test, knowing all of the ramp but its onset.
 
     W_t = max over onsets of  sum_k (m_k e_k - m_k^2 / 2),   m_k = rate * k
 
-No detector that has to find the rate out does better. For benches: runs side by side, with a
-threshold that healthy runs set.
+No detector that has to estimate the rate does better. For benchmarks: parallel runs, with a
+threshold set by healthy runs.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def oracle_cusum(e: Array, rate: float) -> Array:
 
     Args:
         e: innovations of independent runs, (N, runs) [sd], white and standard normal if healthy;
-            NaN, where nothing was measured, tells nothing.
+            NaN, where nothing was measured, adds nothing.
         rate: of the ramp [sd/step], signed.
     """
     rate = given_number(rate, "rate", "any number but 0", lambda x: x != 0.0)

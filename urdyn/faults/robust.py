@@ -1,4 +1,4 @@
-"""Level and spread of noise with outliers, and how much of colour and change is left in it."""
+"""Level and spread of noise with outliers, and how much colour and change remain in it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from urdyn.faults.alternatives import CLIP
 from urdyn.types import MAD_TO_SD, Array
 
 BATCH = 25  # steps over which colour shows in a mean, and a change of the spread in a mean square
-SLOW = 50  # steps over which a swing shows that no autoregression foresees
-ROUNDS = 50  # of level and spread, each in the light of the other
-PEAK = float(np.sqrt(2.0))  # of a swing over its standard deviation, as a sine has it
+SLOW = 50  # steps over which a swing shows that no autoregression predicts
+ROUNDS = 50  # of level and spread, each given the other
+PEAK = float(np.sqrt(2.0))  # peak of a swing over its standard deviation, as for a sine
 
 # Of a standard normal clipped: the expected square.
 SQUARE = float(
@@ -21,11 +21,11 @@ SQUARE = float(
 
 
 def level_and_spread(x: Array) -> tuple[float, float]:
-    """Huber's proposal 2 [Huber1981]_: x clipped at CLIP spreads about them as a normal would.
+    """Huber's proposal 2 [Huber1981]_: x clipped at CLIP about them spreads like a normal.
 
-    So that healthy noise, clipped, has the moments that a test of clipped normals expects,
-    however long its tails. Where x is mostly one number there is no such spread: it would shrink
-    to nothing, and the standard deviation stands for it.
+    Healthy noise, clipped, then has the moments that a test of clipped normals expects, however
+    long its tails. Where x is mostly one number there is no such spread: it would shrink to
+    nothing, so the standard deviation replaces it.
     """
     level = float(np.median(x))
     spread = MAD_TO_SD * float(np.median(np.abs(x - level))) or float(np.std(x - level))
@@ -44,10 +44,9 @@ def level_and_spread(x: Array) -> tuple[float, float]:
 
 
 def is_mostly_one_number(x: Array) -> bool:
-    """Whether all else, though it were all at CLIP, is too rare for a normal's square.
+    """Whether other values, were they all at CLIP, are too rare for a normal's square.
 
-    So it is of a sensor that rounds to steps of three sd or more, and of rare events that are
-    counted.
+    True of a sensor that rounds to steps of three sd or more, and of counts of rare events.
     """
     return float((x != np.median(x)).mean()) * CLIP**2 < SQUARE
 
@@ -62,25 +61,25 @@ def long_run_excess(white: Array) -> float:
 
 
 def swing(white: Array) -> float:
-    """How far the mean of white noise swings about its level at its peak, in the noise's unit."""
+    """Peak swing of the mean of white noise about its level, in the noise's unit."""
     return PEAK * float(np.sqrt(_beyond_chance(white, SLOW)))
 
 
 def swings(innovations: Array) -> Array:
-    """The same of streams, (N, n), outliers apart; NaN where nothing was measured."""
+    """The same of streams, (N, n), outliers clipped; NaN where nothing was measured."""
     return np.array([swing(np.clip(x[np.isfinite(x)], -CLIP, CLIP)) for x in innovations.T])
 
 
 def restlessness(white: Array) -> float:
-    """Variance of white noise where it is most restless over that of all of it; 1 or more."""
+    """Peak variance of white noise over that of all of it; 1 or more."""
     square = white**2
     return 1.0 + PEAK * float(np.sqrt(_beyond_chance(square / square.mean(), BATCH)))
 
 
 def _beyond_chance(x: Array, steps: int) -> float:
-    """Variance of means over so many steps beside that of independent ones; 0 where chance does it.
+    """Variance of means over so many steps beyond that of independent ones; 0 within chance.
 
-    That is three standard errors: white streams taken for restless would be judged later.
+    Chance is three standard errors: white streams taken for restless would be judged later.
     """
     means = _means(x, steps)
     if len(means) < 2:
@@ -90,10 +89,10 @@ def _beyond_chance(x: Array, steps: int) -> float:
 
 
 def _means(x: Array, steps: int) -> Array:
-    """Of batches of so many steps; the last ones of x, fewer than a batch, are left out."""
+    """Means of batches of so many steps; the last ones of x, fewer than a batch, are left out."""
     return np.asarray(x[: len(x) // steps * steps].reshape(-1, steps).mean(axis=1))
 
 
 def _chance(means: Array, sds: float = 2.0) -> float:
-    """What a variance of so many means may be by chance, over the expected one."""
+    """Most that a variance of so many means may be by chance, over the expected one."""
     return 1.0 + sds * float(np.sqrt(2.0 / (len(means) - 1)))

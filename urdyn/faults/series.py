@@ -1,4 +1,4 @@
-"""The short way: a plain series, what it was like when healthy, and a promise; an alarm or none."""
+"""The short way: from a series, its healthy past and a promise to an alarm, or none."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ def detect(
         series: (N,) or (N, n) of n streams, in any unit, NaN where nothing was measured.
         baseline: the same streams while healthy, 1000 steps or more; or what was learnt from them.
             Skew, a restless spread and swings that it shows are no faults.
-        promise: steps to a false alarm over all streams together, on the average, at least.
+        promise: mean steps to a false alarm over all streams together, at least.
         side: of each stream: +1 where only a rise is a fault, -1 a fall, 0 both.
         tolerance: change of each stream's level, in its unit, that is no fault: how far it strays
-            from the baseline's where that is too short to show it.
-        detector: of standardised innovations, with settings of its own; ShiryaevRoberts with
-            these if None. An `Algorithm2` is given the series as it is: what is healthy, and the
-            promise, went into its thresholds.
+            from the baseline's where a short baseline does not show it.
+        detector: of standardised innovations, with settings of its own; ShiryaevRoberts with these
+            if None. An `Algorithm2` is given the series as it is: baseline and promise are in its
+            thresholds.
 
     Raises:
-        InputError: series and baseline are of other streams, or a setting cannot be used.
+        InputError: series and baseline have different streams, or a setting cannot be used.
 
     Example: `detect(friction, friction_when_new, promise=10_000).alarm` is a row, or None.
     """

@@ -1,7 +1,7 @@
 """What changes add to innovations, shape by shape, also where values are missing.
 
-A change of k^g or exp(k / T) adds h to innovations: what an autoregression does not foresee of it.
-A level that is off adds 1. Across a gap, less or more is foreseen.
+A change of k^g or exp(k / T) adds h to innovations: what an autoregression does not predict of it.
+A level that is off adds 1. Across a gap, less or more is predicted.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from urdyn.faults.gaps import Crossing
 from urdyn.faults.whiten import Baseline
 from urdyn.types import Array
 
-POWERS = (0.0, 0.5, 1.0, 2.0, 3.0)  # g: a step, what wears in, a ramp, what gathers speed
+POWERS = (0.0, 0.5, 1.0, 2.0, 3.0)  # g: a step, wear-in, a ramp, accelerating wear
 TIMES = 2.0 ** np.arange(5.0, 14.5, 0.5)  # [steps] in which an exponential grows e-fold, T
 RAMP = POWERS.index(1.0)
 
@@ -23,8 +23,8 @@ class Shapes(NamedTuple):
     """One number for each shape and stream, or several of them in leading axes."""
 
     powers: Array  # (..., G, A, n) of G powers from A onsets
-    exponentials: Array  # (..., T, n) by what they are now
-    level: Array  # (..., n) of a level that is off, by what it is off in innovations
+    exponentials: Array  # (..., T, n) per unit of their present value
+    level: Array  # (..., n) of a level that is off, per unit of its error in innovations
 
 
 def none(baseline: Baseline, candidates: int) -> Shapes:
@@ -35,7 +35,7 @@ def none(baseline: Baseline, candidates: int) -> Shapes:
 
 
 def unbroken(baseline: Baseline, age: Array) -> Shapes:
-    """h of onsets of such ages (A,) [steps], where nothing is missing."""
+    """h of onsets of these ages (A,) [steps], where nothing is missing."""
     return Shapes(grown(baseline, age), exponential(baseline), np.ones(baseline.streams))
 
 
@@ -55,10 +55,10 @@ def exponential(baseline: Baseline) -> Array:
 def carried(
     baseline: Baseline, over: Shapes, h: Shapes, by: Crossing | None
 ) -> tuple[Shapes, Shapes]:
-    """Shapes across a step: as `Bridge.carried` has them, (p, ...) and (...)."""
+    """Shapes across a step: as `Bridge.carried` returns them, (p, ...) and (...)."""
     if by is None:  # all was measured, and `over` is zeros
         return over, h
     pairs = [baseline.bridge.carried(*each, by) for each in zip(over, h, strict=True)]
     later, left = zip(*pairs, strict=True)
-    faded = np.exp(-1.0 / TIMES)[:, None]  # what is 1 now is less a step later
+    faded = np.exp(-1.0 / TIMES)[:, None]  # what was 1 is less a step later
     return Shapes(*later)._replace(exponentials=faded * later[1]), Shapes(*left)

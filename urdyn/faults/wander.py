@@ -1,12 +1,12 @@
-"""Wear that wanders: regressions on a ramp whose level walks besides, by filters onset by onset.
+"""Wear that wanders: regression on a ramp plus a random walk, by one filter per onset.
 
     e_t = r h(t - t0) + w u_t + noise,    u_t = u_{t-1} + N(0, q),    u_t0 the level's own doubt
 
-What comes in steps, or is read at unequal times, is a straight line in the long run only; its past
-tells how far it strays from one. Given onset and q, a Kalman filter whitens e and h, and the pace r
-is a regression of what it leaves: S1 = sum nu_h nu / F, S2 = sum nu_h² / F. With q = 0 it is the
-ramp's own. Of coloured noise u is what a lasting change leaves in innovations, w times as much
-after a gap and 1 else; what passes in the first lags is neglected.
+Wear that comes in steps, or is read at unequal times, is a straight line in the long run only; its
+past shows how far it strays from one. Given onset and q, a Kalman filter whitens e and h, and the
+pace r is a regression on its residuals: S1 = sum nu_h nu / F, S2 = sum nu_h² / F. With q = 0 it is
+the plain ramp's. In coloured noise u is what a lasting change leaves in innovations; w is 1 except
+after a gap; the transient of the first lags is neglected.
 """
 
 from __future__ import annotations
@@ -17,30 +17,30 @@ import numpy as np
 
 from urdyn.types import Array, Mask
 
-STEPS = np.array([0.01, 0.1, 1.0])  # [spread²/step] q, by which innovations may walk
+STEPS = np.array([0.01, 0.1, 1.0])  # [spread²/step] q, variance of the walk
 
 
 class Walks(NamedTuple):
-    """Of every q, onset and stream, (Q, A, n) each."""
+    """For every q, onset and stream, (Q, A, n) each."""
 
-    mean: Array  # of u, where there is no ramp
-    shape: Array  # what the filter makes of h: by so much u is less for each unit of r
+    mean: Array  # of u, without a ramp
+    shape: Array  # h filtered: u is less by this per unit of r
     var: Array  # of u
     S1: Array
     S2: Array
-    misfit: Array  # sum of nu² / F - e², less what the level before explains
-    width: Array  # sum of ln F, and of the precision of the level before
+    misfit: Array  # sum of nu² / F - e², less what the level before the onset explains
+    width: Array  # sum of ln F, and of the precision of that level
 
 
 def set_out(E: Array, precision: Array) -> Array:
-    """Walks that begin now, (7, Q, n): u is what the level is off by, E / precision (n,)."""
+    """Walks that begin now, (7, Q, n): u is the level's error, E / precision (n,)."""
     off = E / precision
     one = (off, 0.0, 1.0 / precision, 0.0, 0.0, -E * off, np.log(precision))
     return np.stack([np.broadcast_to(x, (len(STEPS), len(E))) for x in one])
 
 
 def walked(walks: Array, e: Array, h: Array, w: Array, measured: Mask) -> Array:
-    """A step on, (7, Q, A, n): innovations e (n,), to which a ramp adds h (A, n), u w (n,)."""
+    """One step, (7, Q, A, n): to innovations e (n,) a ramp adds r h (A, n), and u adds u w (n,)."""
     x = Walks(*walks)
     var = x.var + STEPS[:, None, None]
     F = np.where(measured, w**2 * var + 1.0, np.inf)

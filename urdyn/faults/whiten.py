@@ -1,11 +1,11 @@
-"""What healthy looks like, learnt: level, colour and spread of each stream, whatever its outliers.
+"""A learnt healthy baseline: level, colour and spread of each stream, robust to outliers.
 
     e_t = (y_t - sum_k a_k y_{t-k} - c) / (kappa s)
 
-with a the autoregression, c the level that it leaves, s the spread of what it leaves and kappa the
-inflation: healthy innovations are white, and a little narrower than a standard normal once they
-are clipped. Nothing is filtered: a filter colours the noise that a likelihood needs white.
-Units are [spread], which is s, and [sd], kappa s.
+with a the autoregression, c and s the level and spread of its residuals and kappa the inflation:
+healthy innovations are white, and a little narrower than a standard normal once they are clipped.
+Nothing is filtered: a filter colours the noise that a likelihood needs white. Units are [spread],
+which is s, and [sd], kappa s.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from urdyn.given import given, given_a, given_number, given_rows, positive
 from urdyn.types import Array, frozen
 
 ENOUGH = 1000  # steps from which a baseline is known well
-LEAST = 100  # measured steps without which none is learnt
+LEAST = 100  # fewest measured steps to learn one from
 INFLATION = 1.04  # [-] kappa of a baseline of ENOUGH steps
-STRONGEST = 0.995  # [-] sum of coefficients that is believed of a short baseline
-ROUNDS = 3  # of levels across gaps; each leaves less than a half of what they are off by
+STRONGEST = 0.995  # [-] largest sum of coefficients accepted from a short baseline
+ROUNDS = 3  # of levels across gaps; each more than halves their error
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +41,9 @@ class Baseline:
     inflation: Array  # (n,) kappa [-]
     typical: Array  # (n,) [unit] level of the stream itself
     stride: Array  # (n,) [sd] of differences of successive innovations, over sqrt(2)
-    pace: Array  # (n,) steps between two that can be judged: nearer ones were never seen
+    pace: Array  # (n,) steps between judged values: closer ones were never seen
     seen: Array  # (N, n) [spread] innovations that it was learnt from; NaN where none
-    steps: Array  # (n,) measured, that it was learnt from
+    steps: Array  # (n,) measured steps that it was learnt from
 
     def __post_init__(self) -> None:
         for name in (f.name for f in fields(self)):
@@ -72,20 +72,19 @@ class Baseline:
 
     @cached_property
     def bridge(self) -> Bridge:
-        """What follows from the last steps, whichever of them are missing."""
+        """Predictor from the last steps, whichever of them are missing."""
         return Bridge(self.coefficients, self.level, self.typical, self.pace)
 
     def innovations(self, series: Array) -> Array:
-        """Innovations of a series (N, n) that begins anew: NaN in the first p steps."""
+        """Innovations of a series (N, n) without a past: NaN in the first p steps."""
         return bridged(self.bridge, series) / (self.inflation * self.spread)
 
 
 def learn_baseline(healthy: ArrayLike, inflation: float = INFLATION) -> Baseline:
-    """What healthy looks like, from a series (N, n) or (N,) of ENOUGH steps or more.
+    """Baseline of a healthy series (N, n) or (N,) of ENOUGH steps or more.
 
-    The order of each autoregression is what the data ask for, also where rows are missing. What
-    colour is left, a spread that changes, and what a shorter baseline does not know widen the
-    inflation.
+    The data choose the order of each autoregression, also where rows are missing. Remaining colour,
+    a changing spread and a shorter baseline raise the inflation.
 
     Raises:
         InputError: too few steps are measured, or a stream does not move at all.
@@ -135,7 +134,7 @@ def _not_less_than_noise(inflation: object) -> None:
 
 
 def beside(series: ArrayLike, baseline: Baseline | ArrayLike) -> tuple[Array, Baseline]:
-    """A series (N, n), and what is healthy: given, or learnt from the same streams."""
+    """A series (N, n), and its baseline: given, or learnt from the same streams."""
     rows = given_rows(series, "a series")
     healthy = baseline if isinstance(baseline, Baseline) else learn_baseline(baseline)
     if rows.shape[1] != healthy.streams:
@@ -147,7 +146,7 @@ def beside(series: ArrayLike, baseline: Baseline | ArrayLike) -> tuple[Array, Ba
 
 
 def measured(y: Array, stream: int) -> Array:
-    """What was measured of one stream of a baseline, (N,); InputError where that is too little."""
+    """Measured values of one stream of a baseline, (N,); InputError where they are too few."""
     known = y[np.isfinite(y)]
     if len(known) < LEAST:
         raise InputError(
@@ -158,7 +157,7 @@ def measured(y: Array, stream: int) -> Array:
 
 
 def _as_strong(a: Array, steps: int) -> Array:
-    """Coefficients whose sum A falls short by (1 + 3 A) / N no more than one of ENOUGH steps does.
+    """Coefficients whose sum A is biased low, by (1 + 3 A) / N, no more than from ENOUGH steps.
 
     [Kendall1954]_
     """
@@ -169,9 +168,9 @@ def _as_strong(a: Array, steps: int) -> Array:
 
 
 def _doubt(a: Array, steps: int) -> float:
-    """Doubt of 1 - A, A their sum, by which a lasting sum of innovations is wider or narrower.
+    """Relative error of 1 - A, A their sum, which scales a lasting sum of innovations.
 
-    sqrt((1 + A) / (1 - A) / N) of it, beyond what it is of ENOUGH steps.
+    sqrt((1 + A) / (1 - A) / N), beyond its value at ENOUGH steps.
     """
     if not len(a):
         return 0.0
@@ -181,7 +180,7 @@ def _doubt(a: Array, steps: int) -> float:
 
 
 def _left(series: Array, found: list[tuple[Array, int]], start: Bridge) -> Array:
-    """What autoregressions leave of streams, (N, n), their level in it; NaN where none is told."""
+    """Residuals of the autoregressions, (N, n), including their level; NaN where there is none."""
     gaps = np.asarray(~np.isfinite(series).all(axis=0))
     left = np.empty_like(series)
     for i in np.flatnonzero(~gaps):
@@ -194,7 +193,7 @@ def _left(series: Array, found: list[tuple[Array, int]], start: Bridge) -> Array
 
 
 def _left_across_gaps(series: Array, bridge: Bridge) -> Array:
-    """The same of streams with gaps, whose level is filled in where they are: found in ROUNDS."""
+    """The same of streams with gaps, across which predictions use a level found in ROUNDS."""
     for _ in range(ROUNDS):
         e = bridged(bridge, series)
         moved = [level_and_spread(x[np.isfinite(x)])[0] for x in e.T]
@@ -205,7 +204,7 @@ def _left_across_gaps(series: Array, bridge: Bridge) -> Array:
 def _stream(
     y: Array, left: Array, stream: int, a: Array, inflation: float
 ) -> tuple[float, float, float, float]:
-    """Level, spread, inflation and stride of one stream, (N,), by what is left of it, (N,)."""
+    """Level, spread, inflation and stride of one stream, (N,), from its residuals, (N,)."""
     known = left[np.isfinite(left)]
     level, spread = level_and_spread(known)
     if not spread > 0.0:
@@ -216,7 +215,7 @@ def _stream(
     # A difference of long-tailed innovations is less long-tailed than they: stride is above 1, and
     # innovations at the clip follow each other more often than a normal's would.
     tails = max(1.0, stride)
-    # The promise was tried with inflations that take a colour without gaps for wholly learnt.
+    # The promise was tested with inflations that take colour as wholly learnt without gaps.
     left_over = 1.0 if len(a) and np.isfinite(y).all() else long_run_excess(white)
     kappa = (1.0 + (inflation - 1.0) * short) * np.sqrt(left_over * tails)
     kappa *= np.sqrt(restlessness(white)) * (1.0 + _doubt(a, int(np.isfinite(y).sum())))

@@ -1,9 +1,10 @@
-"""A detector of standardised innovations, put behind the baseline that makes them.
+"""A detector of standardised innovations, put behind the baseline that computes them.
 
 The spread that was learnt may be somewhat wrong: another day, another program. So it follows the
 data, up to ALLOWED times the baseline's and no further, since more is a fault of its own. It is
-judged by differences of successive innovations, which a growing fault hardly moves. That is for
-tests of a mean; a test of the spread itself is told what was followed, and grants less (LOOSE).
+estimated from differences of successive innovations, which a growing fault hardly changes. That is
+for tests of a mean; a test of the spread itself is given what was followed, and allows less
+(LOOSE).
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ S = TypeVar("S")
 ALLOWED = 1.4  # [-] healthy spread over the baseline's, at most
 MEMORY = 400.0  # [steps] over which the spread is averaged
 TRUST = 25.0  # [steps] that the baseline's spread counts for
-CHANCE = 0.03  # [-] by which a spread may be wider than it is known to be
-MISTRUST = 1.6  # [-] of an excess over the baseline's: what has changed goes on changing
+CHANCE = 0.03  # [-] margin for the error of an estimated spread
+MISTRUST = 1.6  # [-] factor of an excess over the baseline's: what has changed goes on changing
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +38,7 @@ class WhitenedState(Generic[S]):
     """The last steps, how wide they spread, and what the detector remembers."""
 
     past: Past
-    last: Array  # (n,) [sd] innovation told before
+    last: Array  # (n,) [spread] previous innovation
     square: Array  # (n,) [-] average square over the baseline's
     weight: Array  # (n,) [steps] that it is worth
     inner: S
@@ -87,12 +88,12 @@ class Whitened(Generic[S]):
 
     @property
     def alone(self) -> str:
-        """It puts one before its own."""
+        """It has a baseline of its own."""
         return "this detector whitens already"
 
     @cached_property
     def _judge(self) -> Detector[S]:
-        """The detector, which has seen what the baseline was learnt from."""
+        """The detector, taught what the baseline was learnt from."""
         of, healthy = self.detector, self.baseline.healthy
         return of.taught(healthy) if isinstance(of, Taught) and len(healthy) else of
 
@@ -113,9 +114,9 @@ class Whitened(Generic[S]):
 
 
 def _spread(state: WhitenedState[S], e: Array, stride: Array) -> tuple[Array, Array]:
-    """Average square with the difference of one more pair of innovations [sd], and its weight.
+    """Average square after one more difference of innovations [spread], and its weight.
 
-    Clipped at the spread as it is known, which makes it Huber's proposal 2 step by step.
+    Clipped at the present spread, which makes it Huber's proposal 2 step by step.
     """
     with np.errstate(over="ignore"):
         half = ((e - state.last) / (np.sqrt(2.0) * stride)) ** 2
