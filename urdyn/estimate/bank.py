@@ -2,11 +2,10 @@
 
 Every hypothesis is Kalman's filter with one jump, whose size is Gaussian around its own step. How
 far it jumped does not change the covariance; so hypotheses share covariances, one per onset and
-spread, run in parallel, and cost little more than one filter. What a grid of rates leaves between
-its points the spread fills: sizes are marginalised, not enumerated, and a ramp may go on for as
-long as it likes.
+spread, run in parallel, and cost little more than one filter. The spread fills the gaps between a
+grid's points: sizes are marginalised, not enumerated, and a ramp may go on for as long as it likes.
 Every `spacing` slices are a candidate onset, and the last `onsets` candidates are kept; older ones
-are merged, because what began long ago is told apart by where it is now.
+are merged, because jumps of long ago differ by where they are now.
 """
 
 from __future__ import annotations
@@ -49,7 +48,7 @@ class Hypotheses:
         return moments(self.weight, self.means, self.average(self.cov))
 
     def average(self, values: Array) -> Array:
-        """Posterior mean of values that there is one of per covariance, (1 + A K, ...)."""
+        """Posterior mean of values, one per covariance, (1 + A K, ...)."""
         weight = self.weight
         shared = weight[1:].reshape(len(values) - 1, -1).sum(axis=1)
         return np.tensordot(np.r_[weight[0], shared], values, axes=1)
@@ -112,7 +111,7 @@ class Bank:
         return replace(state, means=state.means + by)
 
     def _branch(self, state: Hypotheses) -> Hypotheses:
-        """Jumps from "nothing has jumped" up to now, in the place of the oldest onset."""
+        """Jumps from "nothing has jumped" now, in place of the oldest onset."""
         (D, n), K = self.jumps.step.shape, len(self.jumps.spread)
         at = state.slices // self.spacing
         oldest, next_oldest = (i % self.onsets for i in (at, at + 1))
@@ -132,7 +131,7 @@ def _rows(onset: int, each: int) -> slice:
 
 
 def _merged(state: Hypotheses, oldest: int, next_oldest: int, jumps: Jumps) -> Hypotheses:
-    """The oldest onset's weight handed to the next oldest, jump by jump, with its moments."""
+    """The oldest onset merged into the next oldest, jump by jump, by weights and moments."""
     D, K = len(jumps.step), len(jumps.spread)
     old, kept = _rows(oldest, D), _rows(next_oldest, D)
     log_weight, means, cov = (x.copy() for x in (state.log_weight, state.means, state.cov))

@@ -1,4 +1,4 @@
-"""A filter that remembers nothing beside what it believes."""
+"""A filter that remembers nothing but its belief."""
 
 from __future__ import annotations
 

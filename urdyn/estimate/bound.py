@@ -1,10 +1,10 @@
-"""The posterior Cramer-Rao bound: what no filter of a model can do better than [Tichavsky1998]_.
+"""The posterior Cramer-Rao bound: no filter of a model can do better [Tichavsky1998]_.
 
     P⁻ = F P Fᵀ + Q,    P⁻¹ = (P⁻)⁻¹ + E[Hᵀ R⁻¹ H]
 
 P bounds the mean square error of any estimate of x_t from all readings up to t, for a transition
-with one F for all x, as every process here has. The expectation is over the lives of the model,
-drawn or given; where H is one for all x, it is exact, and P is Kalman's covariance.
+whose F is the same for all x, as in every process here. The expectation is over the lives of the
+model, drawn or given; where H is the same for all x, it is exact, and P is Kalman's covariance.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from urdyn.estimate.linearised import lessened, propagated
 from urdyn.estimate.square_root import lower_root
 from urdyn.types import Array, Gaussian, frozen, index_of
 
-LIVES = 100  # drawn where none are given and the model bends
+LIVES = 100  # drawn where none are given and the model is not linear
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,14 +51,15 @@ def posterior_bound(
     """Bound of a model over its slices.
 
     Args:
-        model: whose prior, process and noise are the truth's.
+        model: its prior, process and noise are the true ones.
         inputs: N slices.
-        observations: (N, m), of which only NaN counts: what was not measured tells nothing.
-        lives: true states to average over, (N, K, n); the bound along one history is K = 1. Drawn
+        observations: (N, m), of which only NaN matters: what was not measured adds nothing.
+        lives: true states to average over, (N, K, n); K = 1 for the bound along one history. Drawn
             from the model by `rng` if None.
 
     Raises:
-        InputError: observations or lives are of other slices or states, or the process bends.
+        InputError: observations or lives do not fit the slices or states, or F depends on the
+            state.
     """
     _require_fitting(model, inputs, observations, lives)
     count = LIVES if lives is None and not model.linear.all() else 1
@@ -81,7 +82,7 @@ def posterior_bound(
 def _require_fitting(
     model: TwoSlice[U], inputs: Sequence[U], observations: Array | None, lives: Array | None
 ) -> None:
-    """InputError where observations or lives are of other slices or states than the model's."""
+    """InputError where observations or lives do not fit the slices or the model's states."""
     seen = (len(inputs), *(len(model.observe_cov(u)) for u in inputs[:1]))
     count = () if lives is None else lives.shape[1:2]
     lived = (len(inputs), *(max(k, 1) for k in count), len(model.names))
@@ -105,7 +106,7 @@ def _roots(model: TwoSlice[U], x: Array, u: U, rows: Rows) -> Array:
 
 
 def _informed(P: Array, G: Array) -> Array:
-    """(P⁻¹ + GᵀG)⁻¹ without an inverse of P, by the smaller of two systems."""
+    """(P⁻¹ + GᵀG)⁻¹ without inverting P, by the smaller of two systems."""
     r, n = G.shape
     if r < n:
         GP, noise = G @ P, np.eye(r)

@@ -1,8 +1,8 @@
-"""A filter whose mean is held: it judges a model without bending it [Schmidt1966]_.
+"""A filter whose mean is held: it judges a model without changing it [Schmidt1966]_.
 
 A filter that adapts smears a fault over all parameters within seconds. This one keeps the mean of
 the considered states where the process puts it, yet knows how uncertain they are: its innovations
-are spread as H P Hᵀ + R says, so that a detector's thresholds hold.
+have the covariance H P Hᵀ + R, so that a detector's thresholds hold.
 """
 
 from __future__ import annotations

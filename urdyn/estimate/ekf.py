@@ -16,7 +16,7 @@ from urdyn.types import Array, Gaussian
 class EKF(BareBelief):
     """First-order linearisation; more iterations are Gauss-Newton to the MAP [Bell1993]_."""
 
-    iterations: int = 1  # observations are linearised so often, each time at the last estimate
+    iterations: int = 1  # linearisations of the observation, each at the last estimate
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "iterations", given_count(self.iterations, "iterations"))

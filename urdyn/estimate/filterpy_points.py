@@ -1,9 +1,9 @@
 """filterpy's sigma points, without the rest of filterpy.
 
-`import filterpy.kalman.sigma_points` first runs the package, which imports every filter of it and
+`import filterpy.kalman.sigma_points` first runs the package, which imports all of its filters and
 scipy.stats: .65 s, and 187 MB instead of 126 for `urdyn track`, for twenty lines. So that one file
-is loaded by its path. It imports a function to print with and a Cholesky factor; while it loads,
-stand-ins are found in place of the modules that have these.
+is loaded by its path. It imports a print function and a Cholesky factor; while it loads, stand-ins
+replace the modules that have these.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ import numpy as np
 NAME = "filterpy.kalman.sigma_points"
 STAND_INS = {
     "filterpy.common": SimpleNamespace(pretty_str=lambda label, x: f"{label} = {x}"),
-    "scipy.linalg": np.linalg,  # for `cholesky`, and that of the identity alone
+    "scipy.linalg": np.linalg,  # for `cholesky`, of the identity alone
 }
 
 
 @lru_cache(maxsize=1)
 def filterpy_points() -> Any:
-    """The module filterpy.kalman.sigma_points; the imported one where somebody did import it."""
+    """The module filterpy.kalman.sigma_points; the one already imported if there is one."""
     if NAME in sys.modules:
         return sys.modules[NAME]
-    package = find_spec("filterpy")  # which does not run it
+    package = find_spec("filterpy")  # does not run it
     assert package is not None and package.origin is not None, "filterpy is a dependency"
     spec = spec_from_file_location(NAME, Path(package.origin).parent / "kalman" / "sigma_points.py")
     assert spec is not None and spec.loader is not None, "it is a Python file"
@@ -43,7 +43,7 @@ def filterpy_points() -> Any:
 
 @contextmanager
 def _found_as(modules: Mapping[str, Any]) -> Iterator[None]:
-    """What imports of these names find, for as long as the block lasts."""
+    """Replace the modules of these names for imports within the block."""
     before = {name: sys.modules[name] for name in modules if name in sys.modules}
     sys.modules.update(modules)
     try:

@@ -2,9 +2,9 @@
 
     Lambda = P⁻¹,  eta = Lambda x;    Lambda += Hᵀ R⁻¹ H,  eta += Hᵀ R⁻¹ (r + H x)
 
-With a process that stands still a whole log is one small matrix, exactly, and the order of its
-rows does not matter; a prior may be as vague as one likes. What has no variance has no precision
-either: such a model is refused.
+With a static process a whole log is exactly one small matrix, and the order of its rows does not
+matter; a prior may be arbitrarily vague. A state or sensor without variance has no precision: such
+a model is refused.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Information:
 
     @classmethod
     def of(cls, belief: Gaussian, names: Sequence[str]) -> Information:
-        """Of a belief in states of these names; InputError where one has no variance."""
+        """From a belief about states of these names; InputError where one has no variance."""
         precision = _precision(belief.cov, "state", names)
         return cls(precision, precision @ belief.mean)
 
@@ -81,7 +81,7 @@ class InformationFilter:
         return posterior, told
 
     def belief(self, state: Information) -> Gaussian:
-        """Mean and covariance; an inversion."""
+        """Mean and covariance, by an inversion."""
         return state.gaussian
 
     def shifted(self, state: Information, by: Array) -> Information:
@@ -94,7 +94,7 @@ class InformationFilter:
 
 
 def _predict(model: TwoSlice[U], state: Information, u: U) -> tuple[Information, Gaussian]:
-    """Both forms of the prediction; a process that stands still leaves the information as it is."""
+    """Both forms of the prediction; a static process keeps the precision as it is."""
     belief = state.gaussian
     F, Q = model.transition_jacobian(belief.mean, u), model.transition_cov(u)
     mean = model.transition(belief.mean, u)
@@ -106,7 +106,7 @@ def _predict(model: TwoSlice[U], state: Information, u: U) -> tuple[Information,
 
 
 def _precision(cov: Array, what: str, names: Sequence[str] | Index) -> Array:
-    """Inverse of a covariance; InputError where a state or sensor, or some together, has none."""
+    """Inverse of a covariance; InputError where a state, sensor or combination has no variance."""
     try:
         return inverse(cov)
     except np.linalg.LinAlgError:

@@ -1,4 +1,4 @@
-"""Innovation: how far a measurement lies from what was expected, and how far it might."""
+"""Innovation: how far a measurement lies from its prediction, and how far it might."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ Rows = slice | Index  # which rows of an observation were measured
 
 @dataclass(frozen=True, eq=False)
 class Innovation:
-    """What one measurement said that the model did not know."""
+    """What one measurement adds to the model's prediction."""
 
     residual: Array  # (m,) measured minus expected; NaN where not measured
     cov: Array  # (m, m) S, its expected covariance; NaN where not measured
     log_likelihood: float  # of the measured rows given all earlier ones
     nis: float  # normalised innovation squared, chi-square with `measured` degrees of freedom
-    measured: int  # rows that were
+    measured: int  # number of measured rows
 
 
 def measured_rows(y: Array) -> Rows:
@@ -43,7 +43,7 @@ def residual_of(y: Array, rows: Rows, expected: Array) -> Array:
 
 
 def require_finite(told: float, *belief: Array) -> None:
-    """InputError where a belief is not finite; looked at where a likelihood, say, is not either."""
+    """InputError where a belief is not finite; checked only if `told`, a likelihood say, is not."""
     if not isfinite(told) and not all(np.isfinite(part).all() for part in belief):
         raise InputError(
             "the belief is no longer finite: the model's functions give NaN or infinity where it "
@@ -52,7 +52,7 @@ def require_finite(told: float, *belief: Array) -> None:
 
 
 def factor_of(S: Array) -> Array:
-    """Cholesky factors of covariances of what is measured, (..., m, m); InputError without one."""
+    """Cholesky factors of measurements' covariances, (..., m, m); InputError without one."""
     try:
         return np.asarray(np.linalg.cholesky(S))
     except np.linalg.LinAlgError:
@@ -72,7 +72,7 @@ def whitening(S: Array) -> tuple[Array, float]:
 def innovation(
     y: Array, rows: Rows, residual: Array, S: Array, W: Array, log_det: float
 ) -> Innovation:
-    """From the measured rows' `residual` and S, with S whitened by W, to all rows of y."""
+    """Innovation of all rows of y from the measured rows' `residual` and S, which W whitens."""
     white = W @ residual
     nis = float(white @ white)
     log_likelihood = -0.5 * (nis + log_det + len(residual) * LOG_2PI)
@@ -82,7 +82,7 @@ def innovation(
 
 
 def nothing_measured(m: int) -> Innovation:
-    """Of m rows none of which was."""
+    """Innovation of m rows, none of them measured."""
     return Innovation(np.full(m, np.nan), np.full((m, m), np.nan), 0.0, 0.0, 0)
 
 

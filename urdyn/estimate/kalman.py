@@ -1,4 +1,4 @@
-"""The exact filter of an affine model [Kalman1960]_; what every other filter must equal on one."""
+"""The exact filter of an affine model [Kalman1960]_; every other filter must equal it on one."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from urdyn.types import Array, Gaussian
 
 @dataclass(frozen=True)
 class Kalman(BareBelief):
-    """Exact where the model is affine; refuses where it is not."""
+    """Exact where the model is affine; refuses any other."""
 
     def init(self, model: TwoSlice[U]) -> Gaussian:
         """The model's prior."""

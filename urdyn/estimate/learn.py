@@ -19,11 +19,11 @@ from urdyn.types import Array
 
 Setting = TypeVar("Setting")
 
-FIRST_STEP = 0.02  # of the scale of a parameter, of the first differences
-NEARLY = 0.1  # [nats] below the top, where a search may have ended
-FAR, NEAR = 0.5, 0.1  # of a logarithm or a coefficient, by which a search looks around; and again
-CLOSE = 1e-3  # in a parameter and [nats], within which all corners of a simplex are where it ends
-SEARCHES = 20  # at most, each from where the one before ended
+FIRST_STEP = 0.02  # first differences, relative to a parameter's scale
+NEARLY = 0.1  # [nats] below the maximum, within which a search may have ended
+FAR, NEAR = 0.5, 0.1  # [scale] size of a search's first simplex; of later ones
+CLOSE = 1e-3  # in a parameter and [nats]: size of the simplex at which it ends
+SEARCHES = 20  # at most, each from the end of the one before
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +31,8 @@ class Learnt(Generic[Setting]):
     """What fits a history best, and how well."""
 
     setting: Setting  # a network, noise levels: whatever the model is built from
-    log_likelihood: Array  # (rounds,) of what each began with
-    converged: bool  # whether it ended for nothing more was to be gained, not for lack of rounds
+    log_likelihood: Array  # (rounds,) at the start of each
+    converged: bool  # whether it ended because no more was to be gained
 
 
 def expectation_maximisation(
@@ -44,13 +44,13 @@ def expectation_maximisation(
     iterations: int = 50,
     tolerance: float = 1e-4,
 ) -> Learnt[Setting]:
-    """Smooth with what is believed, learn from that, and again [Shumway1982]_.
+    """Smooth with the current setting, re-estimate it from that, and repeat [Shumway1982]_.
 
-    Ends when a round raises the log-likelihood by less than `tolerance` [nats], and so has
-    converged, or after `iterations`, and has not. Where readings tell little of what is learnt its
-    rounds are short: one that gains little may have far to go. The likelihood never falls where
-    `maximise` does what its name says; where it does fall, what the round before began with is
-    returned, and that has not converged where the fall is of more than `tolerance`.
+    Converged when a round raises the log-likelihood by less than `tolerance` [nats]; not if stopped
+    after `iterations`. Where readings hold little information on the setting, steps are short: a
+    round that gains little may have far to go. The likelihood never falls where `maximise` does
+    maximise; if it falls, the previous round's start is returned, not converged if the fall exceeds
+    `tolerance`.
 
     Raises:
         InputError: there is no round, or a tolerance below 0.
@@ -78,17 +78,18 @@ def maximise_evidence(
     observations: Array,
     scale: Array | float = 1.0,
 ) -> Learnt[Array]:
-    """The parameters, (p,), that make the observations likeliest, by Nelder and Mead's simplex.
+    """Maximum-likelihood parameters, (p,), by Nelder and Mead's simplex.
 
-    For what EM has no formula for: time constants, a few noise levels (give their logarithms). A
-    simplex may collapse on a slope, so it is opened anew where one ends, until that gains nothing.
+    For parameters without an EM formula: time constants, a few noise levels (give their
+    logarithms). A simplex may collapse on a slope, so a new one starts where it ends, until that
+    gains nothing.
 
     Args:
-        scale: (p,), or one for all: what is a fair change of each parameter, as 1 is of a logarithm
-            or a coefficient. The first simplex is half as large, wherever it starts.
+        scale: typical change of each parameter, (p,) or one for all, such as 1 for a logarithm or a
+            coefficient. The first simplex is half as large, wherever it starts.
 
     Raises:
-        InputError: the search did not end, or led to where there is no likelihood; a scale is not
+        InputError: the search did not end, or ended where there is no likelihood; a scale is not
             above 0.
     """
     from scipy.optimize import minimize
@@ -98,7 +99,7 @@ def maximise_evidence(
     def misfit(parameters: Array) -> float:
         try:
             return -evidence(parameters)
-        except InputError:  # no belief is possible there: the search turns back
+        except InputError:  # no belief exists there: the search turns back
             return np.inf
 
     at = given(start, "start")
@@ -128,22 +129,22 @@ def parameter_cov(
     observations: Array,
     scale: Array | float = 1.0,
 ) -> Array:
-    """Covariance of parameters (p,) that make the observations likeliest, (p, p).
+    """Covariance of the maximum-likelihood parameters (p,), (p, p).
 
-    The inverse of the observed information [Efron1978]_: how the log-likelihood bends there, by
-    differences over half a standard deviation.
+    The inverse of the observed information [Efron1978]_: the log-likelihood's negative curvature,
+    by differences over half a standard deviation.
 
     Args:
-        scale: that of `maximise_evidence`; the first differences are over a fiftieth of it.
+        scale: as in `maximise_evidence`; the first differences are over a fiftieth of it.
 
     Raises:
-        InputError: it does not fall in all directions: this is no maximum, or nothing tells of
-            some parameter; a scale is not above 0.
+        InputError: the likelihood does not fall in all directions: this is no maximum, or the data
+            do not determine some parameter; a scale is not above 0.
     """
     evidence, at = _evidence(build, inputs, observations), given(at, "at")
     p = len(at)
     step, top = FIRST_STEP * _units(scale, at), evidence(at)
-    for _ in range(2):  # the second time by steps that suit
+    for _ in range(2):  # the second time with suitable steps
         sides = np.array([[evidence(at + way), evidence(at - way)] for way in np.diag(step)])
         bend = (2.0 * top - sides.sum(axis=1)) / step**2
         falls = (bend > 0.0) & (sides.max(axis=1) < top + NEARLY)
@@ -164,14 +165,14 @@ def parameter_cov(
 
 
 def _units(scale: Array | float, at: Array) -> Array:
-    """A fair change of each parameter, (p,)."""
+    """Typical change of each parameter, (p,)."""
     return np.broadcast_to(given(scale, "scale", "numbers above 0", positive), at.shape)
 
 
 def _evidence(
     build: Callable[[Array], TwoSlice[U]], inputs: Sequence[U], observations: Array
 ) -> Callable[[Array], float]:
-    """Log-likelihood of the observations by parameters (p,)."""
+    """Log-likelihood of the observations as a function of parameters (p,)."""
 
     def evidence(parameters: Array) -> float:
         return track(EKF(), build(parameters), inputs, observations).log_likelihood

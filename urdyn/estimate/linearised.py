@@ -3,7 +3,7 @@
     x⁻ = f(x),  P⁻ = F P Fᵀ + Q
     S = H P⁻ Hᵀ + R = V Vᵀ,  B = V⁻¹ H P⁻,  K = Bᵀ V⁻¹,  x = x⁻ + K r,  P = P⁻ - Bᵀ B
 
-How H comes about, by derivatives or by sigma points, is the filter's; what follows is the same.
+The filter computes H, by derivatives or by sigma points; the rest is common to all.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from urdyn.estimate.innovation import (
 )
 from urdyn.types import Array, Gaussian, Mask
 
-LOST = 1e-14  # of a variance: where less is left, hardly a digit of it is right
+LOST = 1e-14  # of a variance: if less is left, hardly a digit of it is right
 
 
 @dataclass(frozen=True, eq=False)
 class Expected:
-    """What is expected of r rows where a belief in n states is true."""
+    """Prediction of r rows from a belief about n states."""
 
     y: Array  # (r,)
     cross: Array  # (r, n) H P, covariance with the states
     own: Array  # (r, r) H P Hᵀ
-    noise: Array  # (r, r) R, and whatever is not linear
+    noise: Array  # (r, r) R, and the covariance of what is not linear
 
     def of(self, rows: Rows) -> Expected:
-        """Of these rows alone."""
+        """The same of these rows alone."""
         if isinstance(rows, slice):
             return self
         both = rows[:, None], rows
@@ -46,7 +46,7 @@ class Expected:
 
 
 def predict(model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
-    """The belief about the next slice before it is measured."""
+    """The belief about the next slice before its measurement."""
     if model.still:
         return state
     if not model.affine_transition:
@@ -55,7 +55,7 @@ def predict(model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
         return Gaussian(model.transition(state.mean, u), cov)
     if (shortly := predicted(model, state, u)) is not None:
         return shortly
-    # Affine, it carries a covariance as it carries points: first its rows, then its columns.
+    # An affine transition maps a covariance as it maps points: first its rows, then its columns.
     points = np.concatenate([state.mean[None], np.zeros_like(state.mean[None]), state.cov])
     moved = model.transition(points, u)
     mean, origin, rows = moved[0], moved[1], moved[2:]
@@ -68,7 +68,7 @@ def predict(model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
 
 
 def propagated(F: Array, P: Array) -> Array:
-    """F P Fᵀ, (n, n); n² and not n³ where most states move by themselves alone."""
+    """F P Fᵀ, (n, n); O(n²), not O(n³), where most states depend on themselves alone."""
     own = F.diagonal()
     few = np.flatnonzero(np.count_nonzero(F, axis=1) > (own != 0.0))
     if 2 * len(few) > len(F):
@@ -91,7 +91,7 @@ def correct(
     at: Array | None = None,
     moved: Mask | None = None,
 ) -> tuple[Gaussian, Innovation]:
-    """The belief after the slice is measured.
+    """The belief after the slice's measurement.
 
     The observation is linearised at `at`, (n,), by default where it was predicted; only the states
     in `moved`, (n,), by default all, take a new mean.
@@ -107,10 +107,10 @@ def correct(
 def updated(
     predicted: Gaussian, expected: Expected, y: Array, rows: Rows, moved: Mask | None = None
 ) -> tuple[Gaussian, Innovation]:
-    """The belief after `rows` of y, (m,), were measured, of which so much was expected.
+    """The belief after `rows` of y, (m,), were measured, given their prediction.
 
-    States not in `moved` are considered [Schmidt1966]_: what is learnt moves neither their means
-    nor what is known of them.
+    States not in `moved` are considered [Schmidt1966]_: an update changes neither their means nor
+    their covariance.
     """
     S = expected.own + expected.noise
     W, log_det = whitening(S)
@@ -129,10 +129,10 @@ def updated(
 
 
 def lessened(P: Array, known: Array, gain: Array, R: Array) -> Array:
-    """P less what is now `known`, in whose place it is written, (n, n), by a gain Kᵀ, (r, n).
+    """P minus what is now `known`, overwriting it, (n, n), by a gain Kᵀ, (r, n).
 
     Raises:
-        InputError: readings with noise left less of a variance than its digits hold.
+        InputError: noisy readings left less of a variance than its digits resolve.
     """
     cov, least = np.subtract(P, known, out=known), LOST * P.diagonal()
     gone = cov.diagonal() < least
@@ -148,14 +148,14 @@ def lessened(P: Array, known: Array, gain: Array, R: Array) -> Array:
 
 
 def without_negatives(cov: Array) -> Array:
-    """`cov` itself, (n, n), mended: rounding leaves less than no variance of what is known."""
+    """`cov` itself, (n, n), mended: rounding makes variances of known states negative."""
     variance = cov.reshape(-1)[:: len(cov) + 1]
     np.maximum(variance, 0.0, out=variance)
     return cov
 
 
 def linear_rows(model: TwoSlice[U], x: Array, u: U, rows: Rows) -> tuple[Array, Array, Array]:
-    """What is expected of the measured rows, and their H and R: (r,), (r, n), (r, r)."""
+    """Prediction of the measured rows, their H and R: (r,), (r, n), (r, r)."""
     seen, H = linearised(model, x, u)
     R = noise_of(model, u, seen)
     if H.shape != seen.shape + x.shape:
@@ -164,7 +164,7 @@ def linear_rows(model: TwoSlice[U], x: Array, u: U, rows: Rows) -> tuple[Array, 
 
 
 def noise_of(model: TwoSlice[U], u: U, expected: Array) -> Array:
-    """R of the readings that are expected, (..., m): (m, m)."""
+    """R, (m, m), of the predicted readings, (..., m)."""
     R, shape = model.observe_cov(u), expected.shape[-1:] * 2
     if R.shape != shape:
         raise InputError(f"R has the shape {R.shape}; of the readings expected it is {shape}")

@@ -18,7 +18,7 @@ from urdyn.types import Array, Gaussian
 
 
 def normalised(log_weight: Array) -> tuple[Array, float]:
-    """Log weights that sum to one, (K,), and the logarithm of what they summed to."""
+    """Log of weights normalised to sum to one, (K,), and the log of their former sum."""
     top = float(log_weight.max())
     total = top + float(np.log(np.exp(log_weight - top).sum()))
     return log_weight - total, total

@@ -1,18 +1,18 @@
 """The particle filter (the paper's eq. 9), Rao-Blackwellised [Schon2005]_.
 
-Only the states in which the model bends are sampled; given those the others are Gaussian and each
-particle carries Kalman's mean of them. Where the Jacobians do not depend on the particle, one
+Only states in which the model is not linear are sampled; given those the others are Gaussian and
+each particle carries Kalman's mean of them. Where the Jacobians do not depend on the particle, one
 covariance serves all. A model that is affine throughout leaves nothing to sample: the filter is
 then Kalman's.
 
-A reading that would leave a few particles only is learnt bit by bit [Oudjane2000]_: a share of its
-likelihood, as large as enough particles can bear, then the next by those that were resampled. And
-resampled particles are jittered by a kernel that keeps the cloud's mean and covariance [Liu2001]_:
-else states without process noise would soon be copies of one. In a hundred dimensions a thousand
-particles are surer than they should be all the same. Spread so widely, a cloud of few dimensions
-loses its shape: where modes are to stay apart, let `kept` be sqrt(1 - h²), with Silverman's h of n
-sampled states and K particles, (4 / (n + 2) / K)^(1 / (n + 4)) [Silverman1986]_: .97 of one and
-2000. In eight that nothing moves, .7 errs by a third as much.
+A reading that would leave only a few particles is learnt in parts [Oudjane2000]_: the largest share
+of its likelihood that leaves enough particles, then the next share after resampling. Resampled
+particles are jittered by a kernel that keeps the cloud's mean and covariance [Liu2001]_: otherwise
+states without process noise would soon be copies of one. In a hundred dimensions a thousand
+particles are overconfident all the same. With so much jitter a cloud of few dimensions loses its
+shape: to keep modes apart, let `kept` be sqrt(1 - h²), with Silverman's h of n
+sampled states and K particles, (4 / (n + 2) / K)^(1 / (n + 4)) [Silverman1986]_: .97 for
+n = 1, K = 2000. For eight static states, .7 errs a third as much.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ from urdyn.estimate.square_root import lower_root, pseudo_inverse
 from urdyn.given import given_count
 from urdyn.types import Array, Gaussian, Mask, frozen
 
-EASY = 0.5  # of the effective number at which a cloud is resampled: what a reading may leave
-LEAST = 0.01  # of a reading's likelihood, that is learnt at once in any case
+EASY = 0.5  # of the effective number at which a cloud is resampled: least that a reading may leave
+LEAST = 0.01  # least share of a reading's likelihood that is learnt at once
 
 
 @dataclass(frozen=True, eq=False)
 class Particles:
     """A weighted cloud."""
 
-    x: Array  # (K, n) sampled states; in the others the conditional means
+    x: Array  # (K, n) sampled states; conditional means of the others
     cov: Array  # (1 or K, n, n) conditional covariance, zero in the sampled states
     log_weight: Array  # (K,) normalised
-    draws: int = 0  # drawn so far: with the filter's seed, all the state its randomness has
+    draws: int = 0  # so far: with the filter's seed, all of its random state
 
     def __post_init__(self) -> None:
         for name in ("x", "cov", "log_weight"):
@@ -58,7 +58,7 @@ class ParticleFilter:
     threshold: float = 0.5  # resampled when the effective number falls below this fraction
     marginalise: bool = True  # False: sample every state, as the paper does
     seed: int = 0
-    kept: float = 0.7  # [-] of its distance from the mean, that a resampled particle keeps
+    kept: float = 0.7  # [-] share of its distance from the mean that a resampled particle keeps
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "count", given_count(self.count, "count"))
@@ -111,12 +111,12 @@ class ParticleFilter:
         return ~model.linear if self.marginalise else np.ones(len(model.names), dtype=bool)
 
     def _bearable(self, cloud: Particles, sight: _Sight, left: float) -> tuple[float, Array, float]:
-        """The share, of what is `left` of the likelihood, that leaves enough; `_weighed` by it."""
+        """Share of the likelihood, at most `left`, that leaves enough particles; its `_weighed`."""
         fewest = EASY * self.threshold * self.count
         weight, told = _weighed(cloud, sight, left)
         if left <= LEAST or _effective(weight) >= fewest:
             return left, weight, told
-        from scipy.optimize import brentq  # 37 MB, which no other filter is to hold
+        from scipy.optimize import brentq  # 37 MB, which no other filter should load
 
         def spare(logarithm: float) -> float:
             return _effective(_weighed(cloud, sight, np.exp(logarithm))[0]) - fewest
@@ -131,7 +131,7 @@ class ParticleFilter:
 
 
 def _draw(mean: Array, cov: Array, sampled: Mask, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Sample `sampled` of N(mean (K, n), cov (1 or K, n, n)), and condition the rest on that."""
+    """Sample states `sampled` of N(mean (K, n), cov (1 or K, n, n)); condition the rest on them."""
     at = np.flatnonzero(sampled)
     if not len(at):
         return mean, cov
@@ -151,18 +151,18 @@ def _draw(mean: Array, cov: Array, sampled: Mask, rng: np.random.Generator) -> t
 
 @dataclass(frozen=True, eq=False)
 class _Sight:
-    """What a cloud expects of a reading, and how far that is from it."""
+    """A cloud's predictions of a reading, and the residuals."""
 
     expected: Array  # (K, r)
     residual: Array  # (K, r)
     H: Array  # (1 or K, r, n)
     HP: Array  # (1 or K, r, n)
-    own: Array  # (1 or K, r, r) covariance of what is expected
+    own: Array  # (1 or K, r, r) covariance of the prediction
     R: Array  # (r, r)
-    rows: Rows  # that were measured
+    rows: Rows  # measured
 
     def cov(self, share: float) -> Array:
-        """S, of a reading that tells this share of what it does, (1 or K, r, r)."""
+        """S for this share of a reading's likelihood, (1 or K, r, r)."""
         return self.own + self.R / share
 
 
@@ -179,10 +179,10 @@ def _sight(model: TwoSlice[U], cloud: Particles, u: U, y: Array) -> _Sight:
 
 
 def _weighed(cloud: Particles, sight: _Sight, share: float) -> tuple[Array, float]:
-    """Weights by a share of the likelihood, (K,), and how likely that was, both as logarithms."""
+    """Log weights after a share of the likelihood, (K,), and the log of that share's evidence."""
     density = log_density(sight.residual, sight.cov(share))
     weight, total = normalised(cloud.log_weight + density)
-    if share < 1.0:  # a power of a Gaussian is one, of R / share, but for what it is at its top
+    if share < 1.0:  # a Gaussian's power is Gaussian, with R / share, up to its peak value
         top = np.zeros_like(sight.residual[:1])
         whole, part = (float(log_density(top, R)[0]) for R in (sight.R, sight.R / share))
         total += share * whole - part
@@ -190,7 +190,7 @@ def _weighed(cloud: Particles, sight: _Sight, share: float) -> tuple[Array, floa
 
 
 def _corrected(cloud: Particles, sight: _Sight, share: float) -> Particles:
-    """By a share of a reading, Kalman's correction of what is not sampled."""
+    """Kalman's correction of the states not sampled, by a share of a reading."""
     if not sight.HP.any():
         return cloud
     gain = np.swapaxes(np.linalg.solve(sight.cov(share), sight.HP), -1, -2)
@@ -200,12 +200,12 @@ def _corrected(cloud: Particles, sight: _Sight, share: float) -> Particles:
 
 
 def _effective(log_weight: Array) -> float:
-    """Number of particles of equal weight that are worth as much."""
+    """Effective number of particles."""
     return 1.0 / float(np.exp(2.0 * log_weight).sum())
 
 
 def _resampled(cloud: Particles, kept: float, rng: np.random.Generator) -> Particles:
-    """Systematic resampling [Kitagawa1996]_, then spread anew about the mean."""
+    """Systematic resampling [Kitagawa1996]_, then jitter that keeps the moments."""
     own = moments(np.exp(cloud.log_weight), cloud.x, np.zeros_like(cloud.cov[:1]))
     K = len(cloud.log_weight)
     ladder = (np.arange(K) + rng.random()) / K

@@ -1,4 +1,4 @@
-"""One protocol for every filter, and the loop that makes an online step an offline estimate."""
+"""One protocol for every filter, and the loop that runs its online step over a history."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Filter(Protocol[S]):
 
 @runtime_checkable
 class Shifting(Filter[S], Protocol[S]):
-    """A filter that can be told by how much its states jumped."""
+    """A filter that can be told how far its states jumped."""
 
     def shifted(self, state: S, by: Array) -> S:
         """The same belief about states that have all moved by known amounts, (n,)."""
@@ -40,10 +40,10 @@ class Shifting(Filter[S], Protocol[S]):
 
 @runtime_checkable
 class GaussianFilter(Shifting[S], Protocol[S]):
-    """A filter that knows nothing but a Gaussian, in whatever form; it can be given another."""
+    """A filter whose state is a Gaussian, in whatever form; it can be given another."""
 
     def with_belief(self, state: S, belief: Gaussian) -> S:
-        """The state of a filter that believes this, (n,), instead."""
+        """The state of a filter with this belief, (n,), instead."""
 
 
 def is_shifting(filter_: Filter[S]) -> TypeGuard[Shifting[S]]:
@@ -61,8 +61,8 @@ class Track:
     """Where the parameters went."""
 
     names: tuple[str, ...]  # n
-    # (N,) [s] since the first slice's predecessor, or in the steps that u.dt counts; where a log
-    # was tracked, its stamps.
+    # (N,) [s] since the start of the first slice, or in u.dt's steps; a log's stamps where one was
+    # tracked.
     t: Array
     mean: Array  # (N, n)
     sd: Array  # (N, n)
@@ -86,7 +86,7 @@ class Track:
 
     @property
     def log_likelihood(self) -> float:
-        """Log of the marginal likelihood of all observations: what models are compared by."""
+        """Log of the marginal likelihood of all observations, by which models are compared."""
         return sum(i.log_likelihood for i in self.innovations)
 
 
@@ -97,13 +97,13 @@ def track(
     observations: Iterable[Array],
     covariances: bool = False,
 ) -> Track:
-    """Run `filter` over a history, one `step` a slice; observations (N, m), NaN if unmeasured.
+    """Run `filter` over a history, one `step` per slice; observations (N, m), NaN if unmeasured.
 
-    With `covariances` it keeps what is believed of states together, 8 N n² bytes: of the 126 states
-    of an arm 127 kB a slice.
+    With `covariances` it keeps the joint covariance of states, 8 N n² bytes: 127 kB per slice for
+    an arm's 126 states.
 
     Raises:
-        InputError: inputs and observations do not fit each other or the model.
+        InputError: inputs and observations do not match each other or the model.
     """
     state = filter.init(model)
     t, means, sds, covs, innovations = [0.0], [], [], [], []
@@ -130,7 +130,7 @@ def track(
 def paired(
     model: TwoSlice[U], inputs: Iterable[U], observations: Iterable[Array]
 ) -> Iterator[tuple[U, Array]]:
-    """Each slice's inputs with its observation, (m,); InputError where they make no slice."""
+    """Each slice's inputs with its observation, (m,); InputError where they do not match."""
     shape: tuple[int, ...] = ()
     for k, (u, y) in enumerate(zip_longest(inputs, observations)):
         if u is None or y is None:

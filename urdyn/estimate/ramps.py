@@ -1,11 +1,11 @@
-"""Ready to use: a parameter that may begin to ramp (the paper's eq. 5 and 6), nobody knows when.
+"""Ready to use: a parameter that may begin to ramp (the paper's eq. 5 and 6) at an unknown time.
 
     f(t) = level + rate max(t - onset, 0),    y = f + e
 
 Level, onset and rate are unknown. Given the onset the others are Gaussian, and Kalman's filter is
 exact; the `Bank` weighs one such filter for every onset, with the rate's prior as a sum of
-Gaussians. So the estimate is the posterior mean: late by what nobody can know yet, and no more.
-After its onset the line is straight: one that may bend again wants a `Trend` with acceleration.
+Gaussians. So the estimate is the posterior mean: it lags by what cannot be known yet, and no more.
+After its onset the line is straight: one that may bend again needs a `Trend` with acceleration.
 
     found = follow_ramp(y, sigma)                       # a Track: found["f"], found["f.rate"]
     found = track(ramp_bank(sigma), ramp_model(sigma), [Tick()] * len(y), y[:, None])
@@ -21,16 +21,16 @@ from urdyn.estimate.protocol import Track, track
 from urdyn.given import given_count, given_number, given_numbers, not_negative, positive
 from urdyn.types import Array, Gaussian
 
-VAGUE = 1e3  # [sigma] sd of a level of which nothing is known
+VAGUE = 1e3  # [sigma] sd of an unknown level
 STEEPEST = 0.5  # [sigma/step] beyond it two readings show a ramp, and any filter will do
-RATES = 10  # Gaussians that make up the prior of the rate, which is even up to the steepest
+RATES = 10  # Gaussians that make up the rate's prior, uniform up to the steepest
 EXPECTED = 40.0  # [steps] until an onset, in the prior
 
 
 def ramp_model(sigma: float, level: Gaussian | None = None) -> Joined[Tick]:
     """States "f" and "f.rate", f read every tick with white noise `sigma`; nothing else drifts.
 
-    `level` is what is known of f before the first reading, (1,); by default nothing.
+    `level` is the prior of f before the first reading, (1,); vague by default.
     """
     _above_none(sigma, "sigma")
     known = Gaussian(np.zeros(1), (VAGUE * sigma) ** 2 * np.eye(1)) if level is None else level
@@ -55,13 +55,13 @@ def ramp_bank(
     Args:
         sigma: noise of a reading [unit].
         direction: 1 where the parameter is expected to rise (friction), -1 to fall (health), 0
-            where it may do either. Expected only: a ramp the other way is followed, but later. So
-            is, a little, one where either was: until it shows which it is, the posterior mean is
-            between the two, without bias over both and drawn to the level on each.
+            where it may do either. A ramp the other way is followed too, but later. With 0 any ramp
+            is followed a little later: until its sign shows, the posterior mean is between the two,
+            unbiased over both and drawn to the level on each.
         dt: between readings [s], or 1 where time counts in steps.
-        steepest: rate up to which any is as likely as any other [unit/s]; sigma / (2 dt) if None.
+        steepest: rate up to which the prior is uniform [unit/s]; sigma / (2 dt) if None.
         expected: readings until an onset, in the prior; the hazard is constant.
-        onsets: candidates that are kept apart, 2 or more; older ones are merged.
+        onsets: candidates kept apart, 2 or more; older ones are merged.
         rate: the state that jumps at an onset.
     """
     ways = "1 for a rise, -1 for a fall, 0 for either"
@@ -73,7 +73,7 @@ def ramp_bank(
     rates = width * (np.arange(RATES) + 0.5)
     signs = np.array([1.0, -1.0] if direction == 0 else [direction])
     signed: Array = np.ravel(signs[:, None] * rates)
-    # Gaussians half a spacing wide: their sum is even between the first and the last.
+    # Gaussians half a spacing wide: their sum is uniform between the first and the last.
     sizes = jumps(names, [rate], signed, spread=0.5 * width)
     return Bank(sizes, onsets=onsets, hazard=1.0 / expected)
 
@@ -88,8 +88,8 @@ def follow_ramp(
 ) -> Track:
     """A parameter that may ramp, from its noisy readings y, (N,), NaN where there is none.
 
-    The arguments are those of `ramp_model` and `ramp_bank`. What is known of the level and of how
-    steep a ramp can be is worth saying where ramps are slow beside the noise.
+    The arguments are those of `ramp_model` and `ramp_bank`. Prior knowledge of the level and of the
+    steepest ramp helps where ramps are slow relative to the noise.
     """
     readings = given_numbers(y, "readings y")[..., None]
     bank, model = ramp_bank(sigma, direction, dt, steepest), ramp_model(sigma, level)
@@ -107,8 +107,8 @@ def ramp_bound(
 ) -> Array:
     """Posterior Cramer-Rao bound on f after readings 1 ... `steps`, as its sd, (steps,).
 
-    For a filter that is told the onset, or, with its rate, that knows the onset to `onset_sd` only.
-    Priors count by their variance, as Gaussian ones. [VanTrees2013]_
+    For a filter that knows the onset, or, given `rate`, knows it to `onset_sd` only. Priors count
+    by their variance, as if Gaussian. [VanTrees2013]_
     """
     _above_none(sigma, "sigma")
     steps = given_count(steps, "steps")

@@ -33,7 +33,7 @@ class SigmaPoints:
 
     unit: Array  # (k, n) points
     mean_weight: Array  # (k,)
-    scale: Array  # (k,) square roots of covariance weights; the first that of the excess
+    scale: Array  # (k,) square roots of covariance weights; if centred, the first is the excess's
     centred: bool  # deviations from the first point, not from the mean
 
     def __post_init__(self) -> None:
@@ -42,7 +42,7 @@ class SigmaPoints:
 
     @cached_property
     def _reach(self) -> float:
-        """c where the points are 0, c e_i, -c e_i in this order, as most sets are; else 0."""
+        """c where the points are 0, c e_i, -c e_i in this order, as in most sets; else 0."""
         n = self.unit.shape[1]
         c = float(self.unit[1, 0])
         cross = np.vstack([np.zeros(n), c * np.eye(n), -c * np.eye(n)])
@@ -75,17 +75,17 @@ class SigmaPoints:
         return values[0] + shift, deviation
 
     def linearised(self, values: Array) -> tuple[Array, Array, Array]:
-        """A function's mean (m,), its slope G (m, n) in the points, and what that leaves (m, m).
+        """A function's mean (m,), its slope G (m, n) in the points, and residual covariance (m, m).
 
-        G is the regression of the values on the points; what is left is the covariance of its
-        residuals, by the function's curvature.
+        G is the regression of the values on the points; its residuals are due to the function's
+        curvature.
         """
         mean, D = self.moments(values)
         if not self._reach:
             G = D.T @ self._design
             left = D - self._design @ G.T
             return mean, G, left.T @ left
-        # Of pairs about a centre, half the difference is straight and half the sum is bent.
+        # In pairs about a centre, half the difference is linear and half the sum is curvature.
         n = self.unit.shape[1]
         plus, minus = D[1 : n + 1], D[n + 1 :]
         G = float(self._design[1, 0]) * (plus - minus).T
@@ -98,7 +98,7 @@ def sigma_points(n: int, rule: Rule, alpha: float | None, beta: float, kappa: fl
     """filterpy's set for n states: merwe 2n + 1 points, simplex n + 1.
 
     With alpha = 1 and beta = 0, merwe is Julier's set.
-    Without an `alpha`, one by which they lie sqrt(3) standard deviations away, or nearer.
+    `alpha` None puts the points sqrt(3) standard deviations away, or nearer.
     """
     if rule not in get_args(Rule):
         raise InputError(f"no sigma points {rule!r}; choose one of {', '.join(get_args(Rule))}")

@@ -12,9 +12,9 @@ import numpy as np
 
 from urdyn.types import Array, Gaussian, frozen
 
-# Rounding of a sum of n products, in units of the diagonal: what a factorisation may be short of.
+# Rounding of a sum of n products, relative to the diagonal, by which a factorisation may fail.
 ROUNDING = 1e-15
-SINGULAR = 1e-13  # of its variance, what rounding leaves of a state that the others determine
+SINGULAR = 1e-13  # of its variance: rounding leaves this of a state that the others determine
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class SquareRoot:
 
 
 def lower_root(cov: Array) -> Array:
-    """Cholesky factor; where rounding leaves none, a root with eigenvalues raised to it."""
+    """Cholesky factor; where rounding prevents one, a root with eigenvalues raised to rounding."""
     try:
         return np.asarray(np.linalg.cholesky(cov))
     except np.linalg.LinAlgError:
@@ -66,7 +66,7 @@ def _lifted_root(cov: Array) -> Array:
 
 
 def inverse(cov: Array) -> Array:
-    """Of a covariance; LinAlgError where, but for rounding, it is singular."""
+    """Inverse of a covariance; LinAlgError where it is singular within rounding."""
     root = np.linalg.cholesky(cov)
     if (root.diagonal() ** 2 < SINGULAR * cov.diagonal()).any():
         raise np.linalg.LinAlgError("singular but for rounding")
@@ -75,7 +75,7 @@ def inverse(cov: Array) -> Array:
 
 
 def pseudo_inverse(cov: Array) -> Array:
-    """Of covariances (..., a, a) of any scales; zero for what has no variance."""
+    """Pseudo-inverse of covariances (..., a, a) of any scales; zero for what has no variance."""
     sd = np.sqrt(np.diagonal(cov, axis1=-2, axis2=-1))
     scale = np.divide(1.0, sd, out=np.zeros_like(sd), where=sd > 0.0)
     both = scale[..., :, None] * scale[..., None, :]

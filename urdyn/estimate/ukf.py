@@ -23,17 +23,17 @@ APART, TINY = 1e-9, 1e-14
 
 @dataclass(frozen=True)
 class UKF(BareBelief):
-    """Moments by sigma points [Wan2000]_; drawn anew after the prediction, so that they carry Q.
+    """Moments by sigma points [Wan2000]_; drawn anew after the prediction, so that they include Q.
 
     The paper does not draw anew; then the noise of the slice is missing from the innovation, and
-    the filter is not Kalman's on a linear model. Where each row of an observation is a function of
-    few combinations of the states, points are drawn of these alone [Greiff2020]_.
+    the filter is not Kalman's on a linear model. Where each row of an observation depends on a few
+    combinations of the states, points are drawn of these alone [Greiff2020]_.
     """
 
     rule: Rule = "merwe"
-    # Spread of the points, in units of sqrt(n + kappa) standard deviations. None: they lie sqrt(3)
-    # of these away, where a Gaussian's fourth moments are met; further out, at 1 and with many
-    # states, logarithms that are hardly known are bent beyond all that they will ever be.
+    # Spread of the points, in units of sqrt(n + kappa) standard deviations. None: sqrt(3) standard
+    # deviations, where a Gaussian's fourth moments are matched; further out, at 1 and with many
+    # states, poorly known logarithms are bent beyond any value that they will ever have.
     alpha: float | None = None
     beta: float = 2.0  # 2 is right for a Gaussian
     kappa: float = 0.0
@@ -62,7 +62,7 @@ class UKF(BareBelief):
         return updated(predicted, self._expected(model, predicted, u).of(rows), y, rows)
 
     def predicted(self, model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
-        """The belief about the next slice before it is measured."""
+        """The belief about the next slice before its measurement."""
         if model.affine_transition:  # the moments of any points are exact
             return predict(model, state, u)
         points = self._points(len(state.mean))
@@ -81,10 +81,10 @@ class UKF(BareBelief):
 
 
 def wide(model: TwoSlice[U], points: SigmaPoints, predicted: SquareRoot, u: U) -> Expected:
-    """What is expected of all rows, by statistical linearisation in all n states.
+    """Prediction of all rows, by statistical linearisation in all n states.
 
-    y = ȳ + G xi + e with the standard scores xi: what the regression leaves, the model's curvature,
-    is noise, N = cov(e) = R + (left over)².
+    y = ȳ + G xi + e with the standard scores xi: the regression's residual, the model's curvature,
+    counts as noise, N = cov(e) = R + (residual)².
     """
     x = points.around(predicted.mean, predicted.root)
     mean, G, left = points.linearised(model.observe(x, u))
@@ -95,7 +95,7 @@ def wide(model: TwoSlice[U], points: SigmaPoints, predicted: SquareRoot, u: U) -
 def narrow(
     model: Narrow[U], few: Arguments, points: SigmaPoints, predicted: Gaussian, u: U
 ) -> Expected:
-    """The same row by row, each in its own arguments: what it leaves is its own as well."""
+    """The same row by row, each in its own arguments, and with its own residual."""
     across = few.across(predicted.cov)
     cov = few.within(across)
     m, d = len(cov), few.count

@@ -1,19 +1,18 @@
 """Gaussian variational inference (the paper's eq. 10) by natural-gradient steps.
 
-In every slice q = N(m, Lambda⁻¹) minimises KL(q || posterior) given the Gaussian prediction
-N(m0, Lambda0⁻¹), by the Bayesian learning rule [Khan2023]_:
+In each slice q = N(m, Lambda⁻¹) minimises KL(q || posterior) given the Gaussian prediction N(m0,
+Lambda0⁻¹), by the Bayesian learning rule [Khan2023]_:
 
     Lambda += step (Lambda0 + E_q[H]ᵀ R⁻¹ E_q[H] - Lambda)
     m      += step Lambda⁻¹ (Lambda0 (m0 - m) + E_q[Hᵀ R⁻¹ (y - h)])
 
-Expectations are taken at sigma points of q. What it is: an approximation from a Gaussian family,
-whose Hessian is Gauss-Newton's (second derivatives of h are left out, so that Lambda stays
-positive), and whose past is summed up in one Gaussian, as in every filter here. What it is not:
-variational over the whole history, or over anything but the mean and covariance of the state.
-It begins where UKF ends, and no step leads higher than that. It seeks one mode, and does not count
-the model's curvature as noise, as UKF does: where a model bends within what is not known it is
-surer than it should be, and the more so the more states there are. On an affine model one full step
-is Kalman's.
+Expectations are taken at sigma points of q. It is an approximation from a Gaussian family, with
+Gauss-Newton's Hessian (second derivatives of h are omitted, so that Lambda stays positive) and the
+past summed up in one Gaussian, as in every filter here. It is not variational over the whole
+history, or over anything but the mean and covariance of the state. It starts from UKF's result, and
+no step increases the divergence above that. It seeks one mode, and does not count the model's
+curvature as noise, as UKF does: where a model is not linear within its uncertainty it is
+overconfident, the more so the more states there are. On an affine model one full step is Kalman's.
 """
 
 from __future__ import annotations
@@ -74,7 +73,7 @@ class Variational:
         return SquareRoot(mean, root), innovation
 
     def _descended(self, likelihood: Likelihood[U], q: SquareRoot) -> SquareRoot:
-        """Down from q, by shorter steps where it would end higher than it began."""
+        """Descent from q, by shorter steps where the divergence would exceed its initial value."""
         here, size = likelihood.seen_from(q), self.step_size
         begun = here.divergence
         require_finite(begun, here.gradient, here.curvature)
@@ -107,7 +106,7 @@ class Variational:
 class Likelihood(Generic[U]):
     """log p(y | x) of the measured rows of one slice, and the points to average it at.
 
-    All is in whitened coordinates of the prediction, x = m0 + L0 z: there Lambda0 is 1, so that a
+    All is in the prediction's whitened coordinates, x = m0 + L0 z: there Lambda0 is 1, so that a
     stiff prior costs no digits.
     """
 
@@ -118,7 +117,7 @@ class Likelihood(Generic[U]):
     predicted: SquareRoot
 
     def seen_from(self, q: SquareRoot) -> Slope:
-        """Averages over q, a belief in z."""
+        """Averages over q, a belief about z."""
         rows, w = measured_rows(self.y), self.points.mean_weight
         R = self.model.observe_cov(self.u)[rows][:, rows]
         white = np.linalg.inv(factor_of(R))
@@ -136,16 +135,16 @@ class Likelihood(Generic[U]):
 
 @dataclass(frozen=True, eq=False)
 class Slope:
-    """Averages over q, a belief in states whose prediction is N(0, 1)."""
+    """Averages over q, a belief about states whose prediction is N(0, 1)."""
 
     q: SquareRoot
-    misfit: float  # [nats] -E_q[log p(y | x)], but for what is the same for all q
+    misfit: float  # [nats] -E_q[log p(y | x)], up to a constant
     gradient: Array  # (n,) E_q[Hᵀ R⁻¹ (y - h)]
     curvature: Array  # (n, n) E_q[H]ᵀ R⁻¹ E_q[H]
 
     @property
     def divergence(self) -> float:
-        """KL(q || posterior), but for what is the same for all q [nats]."""
+        """KL(q || posterior), up to a constant [nats]."""
         own = 0.5 * float((self.q.root**2).sum() + self.q.mean @ self.q.mean)
         return self.misfit + own - float(np.linalg.slogdet(self.q.root)[1])
 
