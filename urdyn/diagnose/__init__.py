@@ -1,4 +1,4 @@
-"""From what an arm does to what is wrong with it: one fault, one finding."""
+"""From an arm's behaviour to its faults: one fault, one finding."""
 
 from typing import TYPE_CHECKING
 

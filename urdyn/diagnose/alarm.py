@@ -1,4 +1,4 @@
-"""An alarm: the change that it most likely is of, and whether that is clear enough to be told."""
+"""An alarm: its most likely change, and whether that is clear enough to be reported."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from urdyn.types import Array
 
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding need not wait for a clearer name
 PATIENCE = 12  # blocks that an alarm waits for that
-TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back
-BORNE_OUT = 10.0  # [s] since its onset, of what is told at a recording's end
+TWICE = 2  # blocks at least: the next one confirms what one shows, or retracts it
+BORNE_OUT = 10.0  # [s] since its onset, needed to report it at a recording's end
 
 
 @dataclass(frozen=True, eq=False)
 class Alarm:
-    """The suspect that explains it best, beside its rivals."""
+    """The suspect that explains it best, and its rivals."""
 
     suspect: int
     told: Explanation
@@ -34,22 +34,22 @@ class Alarm:
         return self.share >= CONFIDENT
 
     def ripe(self, bank: Bank, waited: int) -> bool:
-        """Whether it has waited for as many blocks as its name takes, and they bear it out.
+        """Whether it has waited for as many blocks as its name needs, and they confirm it.
 
-        An alarm that has waited for its name lends no patience to what has just begun.
+        Time waited for an alarm's name does not count for a change that has just begun.
         """
-        # Of every block there are as many onsets: those from this one on are of TWICE blocks.
+        # Each block has len(WITHIN) onsets: those from this one on span TWICE blocks.
         borne_out = np.count_nonzero(bank.onset >= self.told.onset) > (TWICE - 1) * len(WITHIN)
         enough = waited >= (TWICE if self.confident else PATIENCE)
         return bool(enough and (borne_out or waited == TWICE))
 
     def ripe_at_the_end(self, bank: Bank, waited: int) -> bool:
-        """The same where no block comes any more."""
+        """The same where no more blocks come."""
         lasted = bank.t - self.told.onset > BORNE_OUT
         return bool(lasted and (self.confident or waited > TWICE))
 
     def change(self, detail: tuple[float, ...] = ()) -> Change:
-        """What it is of, as a change that is there to stay.
+        """The alarm's change, as one that lasts.
 
         Args:
             detail: of a payload: mass, mx, my, mz.
@@ -74,11 +74,11 @@ class Alarm:
 
 
 def alarm_of(candidates: Mapping[int, Explanation], evidence: Array) -> Alarm:
-    """What an alarm most likely is of.
+    """The most likely explanation of an alarm.
 
     Args:
-        candidates: suspects, and how each would explain it; one at least.
-        evidence: of every suspect, (h,) [nats].
+        candidates: suspects, and each one's explanation; one at least.
+        evidence: of each suspect, (h,) [nats].
     """
     of = list(candidates)
     share = np.exp(evidence[of] - logsumexp(evidence[of]))

@@ -1,13 +1,12 @@
-"""A gap in a gear: the load is gone for a moment whenever it turns over.
+"""Backlash, a gap in a gear: the load vanishes for a moment whenever it reverses.
 
-Either the motor crosses the gap (`crossing`), or the link flies through it (`flight`), as the loop
-and the load have it; every reversal weighs each gap either way. Shiryaev-Roberts' sums over
-reversals, one for each gap and way, alarm by their mean: that is what looking for so many costs.
-While gravity keeps the gear on one flank nothing of this is to be seen (see `observability`).
-
-A gap that opens jolts other joints, and their reversals at that instant say less of gaps of theirs.
-A swing turns loads over, or lacks current where they turn over: reversals wait until one that they
-are part of would have been heard.
+Either the motor crosses the gap (`crossing`), or the link flies through it (`flight`), depending on
+the loop and the load; each reversal weighs each gap either way. Shiryaev-Roberts sums over
+reversals, one for each gap and way, alarm by their mean: that is the price of testing so many.
+While gravity keeps the gear on one flank nothing of this can be seen (see `observability`). A gap
+that opens jolts other joints, so their reversals at that instant count less for gaps of theirs. A
+swing reverses loads, or lacks current where they reverse: reversals wait until a swing that they
+are part of would have been detected.
 """
 
 from __future__ import annotations
@@ -31,20 +30,20 @@ from urdyn.signal.stretches import GAP
 from urdyn.tracking.joint_motion import STANDING
 from urdyn.types import Array, Mask
 
-HALF = np.concatenate([GAPS, FLIGHTS])  # [rad] half gaps that are looked for
+HALF = np.concatenate([GAPS, FLIGHTS])  # [rad] half gaps tested for
 
 
 @dataclass(frozen=True, eq=False)
 class Reversals:
-    """What reversals have told."""
+    """Evidence from reversals."""
 
     tail: Rows | None  # the rows that a reversal may still need
-    R: Array  # (J, gaps) of both ways, log of Shiryaev-Roberts' sums; -inf: nothing yet
+    R: Array  # (J, gaps) of both ways, log of Shiryaev-Roberts sums; -inf: nothing yet
     llr: Array  # (J, gaps) log likelihood since it began to grow
-    shown: Array  # (J, gaps) [nats] that each gap would have shown, had it been there
-    count: Array  # (J,) reversals that were judged
-    since: Array  # (J, gaps) [s] when that was; NaN: it does not
-    before: Array  # (J, gaps) [s] the last reversal that spoke against it; NaN: none did
+    shown: Array  # (J, gaps) [nats] expected from each gap, had it been there
+    count: Array  # (J,) reversals judged
+    since: Array  # (J, gaps) [s] when it began to grow; NaN: it does not
+    before: Array  # (J, gaps) [s] the last reversal against it; NaN: none
     number: Array  # (J, gaps) reversals since then
     told: Mask  # (J,)
     slid: Array  # (J,) [s] in motion
@@ -55,12 +54,12 @@ class Reversals:
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """Rows beside the model that carries a tool."""
+    """Rows, compared with the model that carries a tool."""
 
     rows: Rows
-    tool: Array  # (10,) inertials of that
-    load: Array  # (N, J) [N·m] of the joints
-    left: Array  # (N, J) [A] of their currents
+    tool: Array  # (10,) its inertials
+    load: Array  # (N, J) [N·m] modelled load of the joints
+    left: Array  # (N, J) [A] residuals of their currents
 
     def zero(self, row: int, j: int) -> float:
         """When joint j's load was zero, within the step to a row [s]."""
@@ -79,17 +78,17 @@ class Backlash:
 
     @cached_property
     def crossing(self) -> Crossing:
-        """Of gaps that motors cross."""
+        """Likelihood of gaps that motors cross."""
         return Crossing(self.space, self.period)
 
     @cached_property
     def flight(self) -> Flight:
-        """Of gaps through which links fly."""
+        """Likelihood of gaps through which links fly."""
         return Flight(self.space, self.period)
 
     @cached_property
     def recurring(self) -> Recurring:
-        """Of what recurs at reversals, whatever it is."""
+        """Test for whatever recurs at reversals."""
         return Recurring(self.space, self.rule)
 
     def init(self) -> Reversals:
@@ -116,12 +115,12 @@ class Backlash:
     def step(
         self, state: Reversals, rows: Rows, tool: Array, ill: Mask, swung: Array
     ) -> tuple[Reversals, list[Event], Mask]:
-        """A beat on; also rows in which a gap that is known may be open, (N, J).
+        """One beat; also the rows in which a known gap may be open, (N, J).
 
         Args:
-            tool: inertials that are carried, (10,).
-            ill: joints whose sensor is not to be believed, or whose loop rings, (J,).
-            swung: [s] from when to when joints swing or may, (2, J).
+            tool: inertials carried, (10,).
+            ill: joints whose sensor is not trusted, or whose loop rings, (J,).
+            swung: [s] start and end of joints' swings, certain or possible, (2, J).
         """
         crossed = self.crossing.longest
         longest = max(crossed.max(), REACH, HEARD)
@@ -155,7 +154,7 @@ class Backlash:
         return Loaded(rows, tool, load, rows.residual - own)
 
     def _recurs(self, state: Reversals, seen: Loaded, heard: Mask) -> tuple[Reversals, list[Event]]:
-        """With what recurs at reversals of joints of which no gap was told."""
+        """Test what recurs at reversals of joints without a reported gap."""
         recurred, found = self.recurring.step(
             state.recurred,
             seen.rows,
@@ -169,7 +168,7 @@ class Backlash:
         return replace(state, recurred=recurred, told=told), found
 
     def _moved(self, state: Reversals, rows: Rows) -> Reversals:
-        """With the way that joints have gone."""
+        """Add the joints' travel."""
         moving = (np.abs(rows.v) > STANDING).sum(axis=0) * self.period
         return replace(
             state,
@@ -181,11 +180,11 @@ class Backlash:
     def _reversal(
         self, state: Reversals, seen: Loaded, row: int, j: int, beside: Mask
     ) -> Reversals:
-        """Weigh every gap of joint j by one reversal, whichever way it is crossed.
+        """Weigh each gap of joint j by one reversal, crossed or flown through.
 
         Args:
-            row: the first after it.
-            beside: joints whose load turns over at about the same time, (J,).
+            row: the first after the reversal.
+            beside: joints whose load reverses at about the same time, (J,).
         """
         rows, load, left, t0 = seen.rows, seen.load[:, j], seen.left[:, j], seen.zero(row, j)
         after = rows.t - t0
@@ -198,25 +197,26 @@ class Backlash:
         return _weighed(state, j, llr=own, shown=shown, t=t0)
 
     def _own(self, state: Reversals, j: int, llr: Array, beside: Mask) -> Array:
-        """What a reversal says for gaps of joint j, (gaps,) [nats], which others may have jolted.
+        """A reversal's evidence for gaps of joint j, (gaps,) [nats]; others may have jolted it.
 
-        One of them has a gap with probability p, and then jolts it however it is seen to be:
+        One of them has a gap with probability p, and a jolt then explains it as well as its own
+        gap:
 
             llr' = llr - log(1 - p + p exp(llr))
         """
         others = beside & (np.arange(len(beside)) != j)
-        each = np.append(self._evidence(state), self.needed)  # the last one: no gap anywhere
+        each = np.append(self._evidence(state), self.needed)  # the last: no gap anywhere
         is_other = np.append(others, False)
         jolted, own = (np.logaddexp.reduce(each[of]) for of in (is_other, ~is_other))
         return np.asarray(llr + np.logaddexp(own, jolted) - np.logaddexp(own, jolted + llr))
 
     def _evidence(self, state: Reversals) -> Array:
-        """That each joint has a gap, (J,) [nats]."""
+        """Evidence that each joint has a gap, (J,) [nats]."""
         sums = logsumexp(state.R, axis=1)
         return np.asarray(sums - np.log(self.space.joints * len(HALF)))
 
     def _judged(self, state: Reversals, j: int, now: float) -> tuple[Reversals, Event | None]:
-        """With a gap of joint j told that is as likely as it has to be, and was not."""
+        """Report a gap of joint j whose evidence now suffices."""
         evidence = float(self._evidence(state)[j])
         if state.told[j] or evidence < self.needed:
             return state, None
@@ -228,7 +228,7 @@ class Backlash:
         return replace(state, told=told), self._event(state, j, best, evidence, now)
 
     def _event(self, state: Reversals, j: int, best: int, evidence: float, now: float) -> Event:
-        """The gap of joint j, of which `best` is the likeliest."""
+        """The gap of joint j; `best` is the likeliest."""
         share = np.exp(state.R[j] - logsumexp(state.R[j]))
         gap = float(np.exp(share @ np.log(HALF)))
         said = {
@@ -249,17 +249,17 @@ class Backlash:
 
     @property
     def needed(self) -> float:
-        """Evidence at which a gap is told [nats]."""
+        """Evidence at which a gap is reported [nats]."""
         return float(np.log(self.rule.promise))
 
 
 def _weighed(state: Reversals, j: int, llr: Array, shown: Array, t: float) -> Reversals:
-    """One more reversal is judged.
+    """State after one more reversal.
 
     Args:
-        llr: what it says for each gap, (gaps,) [nats].
-        shown: what that would be on the average, were there such a gap, (gaps,) [nats].
-        t: when it was [s].
+        llr: its evidence for each gap, (gaps,) [nats].
+        shown: its mean if there were such a gap, (gaps,) [nats].
+        t: its time [s].
     """
     R, total, told = state.R.copy(), state.llr.copy(), state.shown.copy()
     told[j] += shown
@@ -285,12 +285,12 @@ def _weighed(state: Reversals, j: int, llr: Array, shown: Array, t: float) -> Re
 
 
 def _during(swung: Array, t: Array) -> Mask:
-    """Whether it is within what lasts from when to when, (2, J) [s]."""
+    """Whether t is within the swings, (2, J) [s]."""
     return np.asarray((swung[0] <= t) & (t <= swung[1]))
 
 
 def _forgotten(state: Reversals, swung: Array) -> Reversals:
-    """Without evidence that began to grow in what is heard to be a swing."""
+    """Without evidence that began to grow during a detected swing."""
     of, t = _during(swung[:, :, None], state.since), state.recurred.t
     t = np.where(_during(swung[:, :, None, None], t), np.nan, t)
     return replace(
@@ -304,6 +304,6 @@ def _forgotten(state: Reversals, swung: Array) -> Reversals:
 
 
 def _lately(turned: Mask, t: Array, lasting: Array) -> Mask:
-    """Rows in which the load has turned over no longer ago than this (J,) [s], (N, J)."""
+    """Rows in which the load reversed at most `lasting` (J,) [s] ago, (N, J)."""
     at = np.where(turned, t[:, None], -np.inf)
     return np.asarray(t[:, None] - np.maximum.accumulate(at, axis=0) < lasting)

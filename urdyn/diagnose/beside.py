@@ -1,6 +1,6 @@
-"""What a moment says beside a load: of the load itself, and of the arm that carries it.
+"""A moment's information given a load: about the load itself, and about the arm that carries it.
 
-What a gear loses turns over with its load, so that a moment is linear near one load alone.
+A gear's losses reverse with its load, so that a moment is linear near one load alone.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ Belief = tuple[Array, Array]  # mean (n,) and covariance (n, n) of the states of
 
 @dataclass(frozen=True, eq=False)
 class Beside:
-    """The information in a moment: about the load, and about the arm beside a load."""
+    """The information in a moment: about the load, and about the arm given a load."""
 
     space: Space
 
     @cached_property
     def rest(self) -> Index:
-        """Places of all states but the payload's."""
+        """Indices of all states but the payload's."""
         return np.setdiff1d(np.arange(self.space.size), self.space.payload)
 
     @cached_property
@@ -37,25 +37,25 @@ class Beside:
         return self.rest[:, None], self.rest[None]
 
     def pool(self, moment: Waiting, m: Array) -> Pool:
-        """The information in a moment of an arm that carries m besides, inertials (10,)."""
+        """The information in a moment of an arm that carries m in addition, inertials (10,)."""
         if not m.any():
             return moment.pool
         return pooled(laden(moment.means, self.space.reference.drive, m))
 
     def shown(self, moment: Waiting, belief: Belief, m: Array) -> Shown:
-        """What a moment says of the load, near m."""
+        """A moment's information about the load, near m."""
         return self.said(self.pool(moment, m), belief, m)
 
     def told(self, moment: Waiting, belief: Belief, modes: Sequence[Mode]) -> Waiting:
-        """A moment that says this near each mode."""
+        """The moment with that information near each mode."""
         return replace(moment, told=tuple(self.shown(moment, belief, k.mean) for k in modes))
 
     def unladen(self, pool: Pool, mode: Mode, usual: bool) -> Pool:
-        """What a moment says of all states; of the payload nothing while another one is carried.
+        """A moment's information about all states; none about the payload while another is carried.
 
         Args:
             pool: of an arm that carries the mode.
-            usual: the mode is what is carried as a rule.
+            usual: the mode is the one usually carried.
         """
         if usual:
             return pool
@@ -69,16 +69,16 @@ class Beside:
         return replace(pool, A=0.5 * (A + A.T), b=b)
 
     def unsure(self, A: Array, belief: Belief, moments: int) -> Array:
-        """How well some moments of an unladen arm would tell any load, variance (10,).
+        """Variance to which some moments of an unladen arm would determine any load, (10,).
 
         Args:
-            A: information in one, (n, n).
+            A: information in one moment, (n, n).
         """
         nobodys = np.zeros(len(carried.ANYTHING))
         told = self.said(Pool(A, np.zeros(len(A)), 0.0, nobodys), belief, nobodys).C
         return np.diag(np.linalg.inv(moments * told + np.diag(carried.ANYTHING**-2.0)))
 
     def said(self, pool: Pool, belief: Belief, m: Array) -> Shown:
-        """What moments of an arm that carries m say of the load."""
+        """Information about the load in moments of an arm that carries m."""
         x, P = belief[0][self.rest], belief[1][self._rests]
         return carried.shown(pool, self.space.payload, self.rest, x, P, m)

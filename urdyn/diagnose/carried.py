@@ -1,8 +1,8 @@
-"""What the tool carries, moment by moment: pieces that come and go are work, not a fault.
+"""What the tool carries, moment by moment: workpieces that come and go are no fault.
 
-The payload's ten inertials are followed as modes: the commissioned one, and each other that was
-met. A moment is given to the mode that explains it best; a new one is made where none does and a
-payload explains better than any fault of a joint would.
+The payload's ten inertials are tracked as modes: the commissioned one, and each other one met. A
+moment is assigned to the mode that explains it best; a new mode is made where none does and a
+payload explains it better than any fault of a joint.
 """
 
 from __future__ import annotations
@@ -19,28 +19,28 @@ from urdyn.tracking.model import PAYLOAD_SD
 from urdyn.tracking.physical import PAYLOAD_REACH
 from urdyn.types import Array, Index
 
-ANYTHING = PAYLOAD_SD  # of a new one
-NOTHING = np.array([0.02, 0.004, 0.004, 0.004, *[5e-4] * 6])  # what a cable makes of a known one
+ANYTHING = PAYLOAD_SD  # sd of a new one
+NOTHING = np.array([0.02, 0.004, 0.004, 0.004, *[5e-4] * 6])  # sd that a cable adds to a known one
 ALIKE = np.array([0.15, 0.03, 0.03, 0.03, *[0.01] * 6])  # -, m, m²: sd per kilogram of another
-SURE = 12.0  # [nats] by which a new mode has to be better than those that are known
-CHANGED = 3.0  # [nats] log of the moments that a piece is held, or not, before that changes
-MODES = 4  # that are remembered
+SURE = 12.0  # [nats] by which a new mode must be better than the known ones
+CHANGED = 3.0  # [nats] log of the moments for which a piece is held, or not
+MODES = 4  # that are kept
 
 
 @dataclass(frozen=True, eq=False)
 class Mode:
-    """Something that is carried."""
+    """A load that is carried."""
 
-    mean: Array  # (10,) inertials beside the commissioned payload
+    mean: Array  # (10,) inertials in addition to the commissioned payload
     cov: Array  # (10, 10)
     seen: float  # [s] end of its last moment
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What a moment says of the payload, all other states marginalised.
+    """A moment's information about the payload, all other states marginalised.
 
-    log L(m) = c + d' m - m' C m / 2, exact at one load: what friction makes of it is bent.
+    log L(m) = c + d' m - m' C m / 2, exact at one load: friction is not linear in it.
     """
 
     C: Array  # (10, 10)
@@ -50,7 +50,7 @@ class Shown:
 
 
 def shown(pool: Pool, at: Index, rest: Index, x: Array, P: Array, beside: Array) -> Shown:
-    """The payload's information, given the belief N(x, P) in the rest.
+    """Information about the payload, given the belief N(x, P) about the rest.
 
     Args:
         pool: of moments of an arm that carries `beside`, (10,).
@@ -69,7 +69,7 @@ def shown(pool: Pool, at: Index, rest: Index, x: Array, P: Array, beside: Array)
 
 
 def fit(told: Shown, mode: Mode) -> float:
-    """Log of the likelihood of a moment under a mode, but for what all modes share."""
+    """Log-likelihood of a moment under a mode, up to a constant."""
     g = told.d - told.C @ mode.mean
     inner = np.eye(10) + told.C @ mode.cov
     base = told.c + told.d @ mode.mean - 0.5 * mode.mean @ told.C @ mode.mean
@@ -78,7 +78,7 @@ def fit(told: Shown, mode: Mode) -> float:
 
 
 def learnt(told: Shown, mode: Mode, t: float) -> Mode:
-    """The mode after a moment of it."""
+    """The mode updated with a moment of it."""
     inner = np.eye(10) + mode.cov @ told.C
     cov = np.linalg.solve(inner, mode.cov)
     mean = mode.mean + cov @ (told.d - told.C @ mode.mean)
@@ -86,22 +86,22 @@ def learnt(told: Shown, mode: Mode, t: float) -> Mode:
 
 
 def commissioned(t: float = -np.inf) -> Mode:
-    """What was carried on the first day."""
+    """The commissioned payload."""
     return Mode(np.zeros(10), np.diag(NOTHING**2), t)
 
 
 def anything(t: float) -> Mode:
-    """A new one, of which nothing is known."""
+    """A new, unknown payload."""
     return Mode(np.zeros(10), np.diag(ANYTHING**2), t)
 
 
 def possible(mode: Mode, payload: Array) -> bool:
-    """Whether it may be there: no body weighs less than nothing, or hangs far from its flange.
+    """Whether it is plausible: no body has a negative mass, or hangs far from the flange.
 
-    What bends one joint's current, a bias say, looks like a load without a mass, far away.
+    A disturbance of one joint's current, a bias say, looks like a load without mass, far away.
 
     Args:
-        payload: inertials of what was carried on the first day, (10,).
+        payload: inertials of the commissioned payload, (10,).
     """
     whole, sd = payload + mode.mean, np.sqrt(np.diag(mode.cov) + NOTHING**2)
     heaviest, moment = whole[0] + 2.0 * sd[0], np.linalg.norm(whole[1:4])
@@ -110,37 +110,37 @@ def possible(mode: Mode, payload: Array) -> bool:
 
 
 def spread(mode: Mode) -> Mode:
-    """The same, no better known than it can be."""
+    """The same with a variance no smaller than a cable's."""
     floor = np.diag(np.maximum(np.diag(mode.cov), NOTHING**2) - np.diag(mode.cov))
     return replace(mode, cov=mode.cov + floor)
 
 
 def alike(mode: Mode) -> Mode:
-    """A piece like this one: the next program's may be as heavy, and is another."""
+    """A piece like this one: the next program's may weigh as much, yet be another."""
     return replace(mode, cov=mode.cov + np.diag((ALIKE * mode.mean[0]) ** 2))
 
 
 def together(told: Sequence[Shown]) -> Shown:
-    """What some moments say of one payload."""
+    """The information in several moments about one payload."""
     C, d = (np.sum([getattr(each, name) for each in told], axis=0) for name in ("C", "d"))
     return Shown(C, d, sum(each.c for each in told))
 
 
 def nearest(told: Sequence[Shown], m: Array) -> Shown:
-    """What a moment says, as it is near a load m, (10,)."""
+    """A moment's information at the known load nearest to m, (10,)."""
     return min(told, key=lambda each: float(unlike(each.beside, m)))
 
 
 def unlike(loads: Array, m: Array) -> Array:
-    """How far loads (..., 10) are from m, (10,), in sd of one of which nothing is known."""
+    """How far loads (..., 10) are from m, (10,), in sd of an unknown one."""
     return np.asarray(np.abs((loads - m) / ANYTHING).max(axis=-1))
 
 
 def remembered(modes: Sequence[Mode], new: Mode, needed: Set[int]) -> tuple[tuple[Mode, ...], int]:
-    """The modes with a new one, and which it is; where they are too many in place of an old one.
+    """The modes with a new one, and its index; where they are too many it replaces an old one.
 
     Args:
-        needed: modes that may be carried still.
+        needed: modes that may still be carried.
     """
     spare = [k for k in range(1, len(modes)) if k not in needed]
     if len(modes) < MODES or not spare:

@@ -1,4 +1,4 @@
-"""What is at the tool: whose load the moments were, and how long it has not been the usual one."""
+"""The load at the tool: each moment's load, and for how long it has not been the usual one."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from urdyn.types import Array
 
 MOMENT = 0.5  # [s]
 FEW = 20  # moments after which a light piece is searched for again
-WATCHED = 240  # moments that are searched at most
+WATCHED = 240  # moments searched at most
 
 
 @dataclass(frozen=True, eq=False)
 class Waiting:
-    """A moment that waits until it is known whose load it was, and that nobody pushed."""
+    """A moment that waits until its load is known, and that nobody pushed."""
 
     means: Means
-    pool: Pool  # of those
-    told: tuple[Shown, ...]  # near the loads that were known
+    pool: Pool  # of these
+    told: tuple[Shown, ...]  # near the known loads
     begin: float  # [s]
     end: float  # [s]
     long: float  # [s] of motion: a gap may have ended it early
@@ -29,54 +29,54 @@ class Waiting:
 
 @dataclass(frozen=True, eq=False)
 class Absence:
-    """A moment without what is carried as a rule."""
+    """A moment without the usual load."""
 
     begin: float  # [s]
     long: float  # [s] of motion
-    mode: int  # that was carried instead
-    # as it looks to who knows of the arm what was known before: an unseen piece bends what the
-    # program teaches
+    mode: int  # carried instead
+    # given what was known of the arm before: an undetected piece biases what is learnt in the
+    # program
     told: Shown
 
 
 @dataclass(frozen=True, eq=False)
 class Carrying:
-    """What is at the tool."""
+    """The load at the tool."""
 
-    modes: tuple[Mode, ...]  # the first is what is carried as a rule
+    modes: tuple[Mode, ...]  # the first is usually carried
     now: int = 0
-    was: int = 0  # before the first of the moments that wait
-    path: tuple[int, ...] = ()  # mode of each of those
+    was: int = 0  # before the first waiting moment
+    path: tuple[int, ...] = ()  # mode of each waiting moment
     had: float = 0.0  # [s] of motion with the first, in this run
-    last: float = -np.inf  # [s] when that was carried last
+    last: float = -np.inf  # [s] when the first was last carried
     away: tuple[float, ...] = ()  # [s] of motion in each mode since the first was last carried
     since: float = np.nan  # [s] when that began
-    sure: float = np.nan  # [s] begin of the moment after that: the arm may have come to rest in one
+    sure: float = np.nan  # [s] begin of the next moment: the arm may have come to rest in the first
     gone: tuple[Absence, ...] = ()  # since then
-    unclaimed: tuple[Shown, ...] = ()  # the same of moments with the first in this program
-    # Moment by moment a load seems to be weighed anew; by the same arm it never is. What moments
-    # with it tell of an arm that never strayed, (n, n), and how well they weigh it so, sd [kg].
+    unclaimed: tuple[Shown, ...] = ()  # the same for moments with the first in this program
+    # Moments seem to weigh a load independently, but share the arm's error. Their information on an
+    # arm that never strayed, (n, n), and the sd of the load's mass from it [kg].
     whole: Array | None = None
     weighed: float = np.nan
-    handles: bool = False  # in this run something was put down again
+    handles: bool = False  # in this run a piece was put down again
 
     @property
     def due(self) -> bool:
-        """Whether it is time to search these for a light piece."""
+        """Whether to search the unclaimed moments for a light piece."""
         return not self.was and bool(self.unclaimed) and len(self.unclaimed) % FEW == 0
 
     @property
     def absent(self) -> Array:
-        """Time away in every mode, also in those that are new, (K,) [s]."""
+        """Time away in each mode, new ones included, (K,) [s]."""
         away = np.zeros(len(self.modes))
         away[: len(self.away)] = self.away
         return away
 
     def on(self, ripe: Waiting, anew: Shown) -> Carrying:
-        """A moment on, in the mode that it `was` told.
+        """One moment on, in the mode `was`.
 
         Args:
-            anew: what it says to who knew the arm before the program.
+            anew: its information given the arm as known before the program.
         """
         if not self.was:
             unclaimed = self.unclaimed if len(self.unclaimed) < WATCHED else ()
@@ -91,7 +91,7 @@ class Carrying:
         return replace(self, away=tuple(away.tolist()), since=since, sure=sure, gone=gone)
 
     def settled_on(self, stays: int, t: float) -> Carrying:
-        """With this mode as what is carried as a rule, at t [s]; what came after it is away."""
+        """With this mode as the usual load, at t [s]; what came after it is away."""
         order = [stays, 0, *(j for j in range(1, len(self.modes)) if j != stays)]
         gone = tuple(replace(one, mode=order.index(one.mode)) for one in self.gone)
         with_it = [k for k, one in enumerate(gone) if not one.mode]
@@ -123,7 +123,7 @@ class Carrying:
         )
 
     def without(self, forgotten: int) -> Carrying:
-        """Without moments of a mode that is in its place no more."""
+        """Without moments of a mode that has been replaced."""
         gone = tuple(one for one in self.gone if one.mode != forgotten)
         away = tuple(0.0 if k == forgotten else s for k, s in enumerate(self.away))
         return replace(self, gone=gone, away=away)
@@ -137,5 +137,5 @@ class Carrying:
 
     @property
     def here(self) -> Carrying:
-        """As if the first had just been carried."""
+        """As if the usual load had just been carried."""
         return replace(self, away=(), since=np.nan, sure=np.nan, gone=(), whole=None)

@@ -1,4 +1,4 @@
-"""What slow kinds are about: a change that is there to stay, and the pushes that are none."""
+"""The subject of slow kinds: a change that lasts; and pushes, which do not."""
 
 from __future__ import annotations
 
@@ -17,34 +17,34 @@ class Push:
     end: float = -np.inf  # [s]
 
     def within(self, begin: float, end: float) -> bool:
-        """Whether it was in this time."""
+        """Whether it overlaps this interval."""
         return self.begin <= end and begin <= self.end
 
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """A change that is there to stay."""
+    """A change that lasts."""
 
-    suspect: int  # among all that is looked for
+    suspect: int  # index among all suspects
     onset: float  # [s] likeliest
-    shown: tuple[float, float]  # [s] the bank's onsets, 5 and 95 % that one is the first
+    shown: tuple[float, float]  # [s] 5 and 95 % of the bank's onset that first shows it
     began: tuple[float, float]  # [s] 5 and 95 %
     alarm: float  # [s]
     confidence: float  # [-]
     evidence: float  # [nats] beyond the healthy arm
     size: float  # of the change, in the unit of the state that measures it
     size_sd: float
-    rate: float  # [1/s]; 0 of a step
+    rate: float  # [1/s]; 0 for a step
     rate_sd: float
     detail: tuple[float, ...] = ()  # of a payload: mass, mx, my, mz
     rivals: tuple[tuple[int, float], ...] = ()  # other suspects and their shares
     older: bool = False  # it may be older than the run
 
     def among(self, share: Sequence[float]) -> Change:
-        """The same beside its rivals.
+        """The same, compared with its rivals.
 
         Args:
-            share: of every suspect in what explains the same, (h,) [-].
+            share: of each suspect in what explains the same, (h,) [-].
         """
         others = sorted((-x, k) for k, x in enumerate(share) if x and k != self.suspect)
         rivals = tuple((k, -x) for x, k in others[:2])

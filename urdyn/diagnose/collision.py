@@ -1,7 +1,7 @@
 """A push on a link: a torque that comes and goes.
 
-Residuals are followed in bins of 40 ms beside a baseline that quiet bins make. What does not go
-away is no push but another payload or a fault, and left to those who judge such.
+Residuals are compared, in bins of 40 ms, with a baseline from quiet bins. What does not go away is
+no push but another payload or a fault, and left to the tests of those.
 """
 
 from __future__ import annotations
@@ -32,25 +32,25 @@ from urdyn.signal.channels import mean_measured
 from urdyn.types import Array, Mask
 
 CALM = 3  # quiet bins after which it is over
-CLEAR = 8.0  # [-] of squares by which each of them says so: 12 nats together, as of any other load
-CORRELATED = 0.3  # [-] share of the noise that a bin's mean does not lose
-# [s] that a joint goes on being slow before it stands, and until then it may be held by less and
-# less; as long before it begins to move, it may be held by more. One that moves turns as it does.
+CLEAR = 8.0  # [-] of squares by which each of them shows it: 12 nats together, as for any load
+CORRELATED = 0.3  # [-] share of the noise that a bin's mean does not average out
+# [s] for which a slowing joint may still creep to a stop, held by less and less friction; before it
+# begins to move, for as long, it may be held by more. A moving joint changes within TURNS.
 SETTLES, TURNS = 0.4, 0.12
-SLOWLY = 0.5  # [s] that a push may take to be loud, at most
+SLOWLY = 0.5  # [s] most that a push may take to be loud
 LATE = 0.4  # [-] of a bin by which a prediction may be early or late
 
 
 @dataclass(frozen=True, eq=False)
 class Collision:
-    """Finds pushes: torques that rise beside a quiet baseline, and go again."""
+    """Finds pushes: torques that rise above a quiet baseline, and vanish again."""
 
     space: Space
     rule: CollisionRule
 
     @cached_property
     def pushed(self) -> Pushed:
-        """What a push was like."""
+        """Describes a push."""
         return Pushed(self.space, self.rule.least)
 
     def init(self) -> Quiet:
@@ -76,11 +76,11 @@ class Collision:
     def step(
         self, state: Quiet, rows: Rows, carried: Array, ill: Mask
     ) -> tuple[Quiet, list[Event]]:
-        """A beat on.
+        """One beat on.
 
         Args:
-            carried: inertials that may be at the tool, the likeliest first, (k, 10).
-            ill: joints whose sensor is not to be believed, (J,).
+            carried: possible inertials at the tool, the likeliest first, (k, 10).
+            ill: joints whose sensor is not trusted, (J,).
         """
         found: list[Event] = []
         edges = np.flatnonzero(np.diff(np.floor(rows.t / BIN), prepend=-np.inf)).tolist()
@@ -92,7 +92,7 @@ class Collision:
     def _bin(
         self, state: Quiet, rows: Rows, carried: Array, ill: Mask
     ) -> tuple[Quiet, Event | None]:
-        """The rows of a bin on; an event when a push is over."""
+        """One bin of rows on; an event when a push is over."""
         ill = ill | ~np.isfinite(rows.residual).any(axis=0)
         if ill.all():
             return state, None
@@ -131,11 +131,11 @@ class Collision:
         return self._judge(state, seen, carried, ill)
 
     def _torques(self, rows: Rows, ill: Mask, crept: Array) -> tuple[Array, Array]:
-        """What the model leaves in a bin, NaN: unknown, and what it predicts, (J,) [N·m].
+        """The model's residual in a bin, NaN: unknown, and its prediction, (J,) [N·m].
 
         Args:
-            crept: of what is predicted for joints that stand, what speeds that are not quite zero
-                have made of their friction, (J,) [N·m]: they do not move.
+            crept: part of the predicted friction of standing joints that comes from speeds not
+                quite zero, (J,) [N·m]: they do not move.
         """
         K = self.space.reference.drive.gain
         left = K * np.where(ill, np.nan, mean_measured(rows.residual))
@@ -144,10 +144,11 @@ class Collision:
     def _loosened(
         self, state: Quiet, rows: Rows, rho: Array, borne: Array, aimed: Array, creep: Creep
     ) -> Quiet:
-        """With joints that begin to move or to stand, which friction may hold otherwise.
+        """With joints that begin to move or to stand, whose friction may differ from then on.
 
-        Once they have settled, the baseline is what it is then, as far as friction may have changed
-        it; or what it was, for something may have begun just then. While it lasts, nobody knows.
+        Once they have settled, the baseline is the present residual, as far as friction may have
+        changed it; or the former one, for a push may have begun just then. Until then it is
+        unknown.
         """
         most, t = 2.0 * self._grip(rows), float(rows.t[0])
         turned = creep.held != state.creep.held
@@ -173,17 +174,17 @@ class Collision:
         )
 
     def _grip(self, rows: Rows) -> Array:
-        """Friction of joints that turn slowly, as they are loaded in the last row, (J,) [N·m]."""
+        """Friction of slowly turning joints under the last row's load, (J,) [N·m]."""
         drive = self.space.reference.drive
         return np.asarray(drive.coulomb + drive.structural * np.abs(rows.load[-1]))
 
     def _usual(self, state: Quiet, rows: Rows) -> Array:
-        """Variance of what joints are felt to do for no push at all, (J,) [(N·m)²]."""
+        """Variance of residuals without a push, (J,) [(N·m)²]."""
         noise = (self.space.reference.drive.gain * self.space.noise) ** 2
         return np.maximum(noise * (1.0 / len(rows) + CORRELATED), 2.0 * state.spread)
 
     def _doubt(self, state: Quiet, rows: Rows, aimed: Array) -> Array:
-        """How far off bristles and the model may have the prediction besides, (J,) [N·m]."""
+        """Further error of the prediction from bristles and the model, (J,) [N·m]."""
         bristles = self.space.reference.drive.gain * rows.doubt.max(axis=0)
         changed = np.abs(aimed - state.aimed)
         return np.where(state.creep.held, 0.0, bristles) + MODEL * changed
@@ -191,7 +192,7 @@ class Collision:
     def _judge(
         self, state: Quiet, seen: Bin, carried: Array, ill: Mask
     ) -> tuple[Quiet, Event | None]:
-        """A bin more of what happens; an event where it was a push, and is over."""
+        """One more bin of a possible push; an event where it was one, and is over."""
         calm = _calm(state.bins, seen, carried) if state.going else None
         seen = calm or seen
         if not state.going:
@@ -213,9 +214,9 @@ class Collision:
 
 
 def _calm(then: tuple[Bin, ...], seen: Bin, carried: Array) -> Bin | None:
-    """A bin in which it is over, beside whichever load is carried then; None: it is not.
+    """The bin, if the push is over in it, with the load carried then; None: it is not over.
 
-    Where friction alone may account for what is felt, that tells of no other load.
+    Where friction alone may explain the residual, no other load is considered.
     """
     others = carried if laden_sizes((seen,))[0] >= QUIET else ()
     for load in (seen.carried, *others):
@@ -227,9 +228,9 @@ def _calm(then: tuple[Bin, ...], seen: Bin, carried: Array) -> Bin | None:
 
 
 def _gone(then: tuple[Bin, ...], seen: Bin) -> bool:
-    """Whether a bin looks more like nothing than like those that were loud.
+    """Whether a bin looks more like no push than like the loud ones.
 
-    A joint that has just begun to move tells little; a load that is still there is no end of one.
+    A joint that has just begun to move shows little; a load still there is not over.
     """
     size = sizes(then)
     loud = np.array([each.felt for each in then])[size >= min(LOUD, size.max())]
@@ -239,10 +240,10 @@ def _gone(then: tuple[Bin, ...], seen: Bin) -> bool:
 
 
 def _begun(event: Event, still: float) -> Event:
-    """A push that may have begun as soon as nothing was felt last: what rises slowly is loud late.
+    """A push that may have begun right after the last quiet time: what rises slowly is loud late.
 
     Args:
-        still: when that was [s].
+        still: end of that time [s].
     """
     half = 0.5 * min(max(event.onset - still, 0.0), SLOWLY)
     return replace(event, onset=event.onset - half, within=event.within + half)

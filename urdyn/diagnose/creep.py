@@ -1,7 +1,7 @@
-"""Joints that stand, and what creep may make of the friction that holds them.
+"""Standing joints, and how creep may change the friction that holds them.
 
-Of a joint that crept one way friction may have grown that way, whatever it was before, and no other
-way: a push takes the joint along, and the drive against it. [Dahl1968]_
+If a joint crept one way, friction may have grown that way, whatever it was before, and not the
+other: a push takes the joint along, and the drive acts against it. [Dahl1968]_
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from urdyn.model.friction import follow
 from urdyn.types import Array, Mask
 
 HELD = 0.005  # [rad/s] slower than this a joint is held by friction that does not change
-LEFT = 1.5e-3  # [rad] from where it stood, within which a joint that is pushed stands still
+LEFT = 1.5e-3  # [rad] from where it stood, within which a pushed joint still stands
 STILL = 3e-5  # [rad] by which encoders jitter: two steps
 
 
 @dataclass(frozen=True, eq=False)
 class Creep:
-    """How J joints stand."""
+    """The standing of J joints."""
 
-    held: Mask  # (J,) those that do
+    held: Mask  # (J,) those that stand
     place: Array  # (J,) [rad] where joints stood last
-    s: Array  # (J,) [-] presliding states, of joints that stand those at which they came to
-    ends: Array  # (2, 2, J) [-] what full friction, either way, has become since by creep
-    q: Array  # (J,) [rad] up to which that goes
+    s: Array  # (J,) [-] presliding states; of standing joints those in which they stopped
+    ends: Array  # (2, 2, J) [-] full friction, either way, as changed since by creep
+    q: Array  # (J,) [rad] angle up to which creep is counted
 
     def after(self, rows: Rows, drive: Drive) -> Creep:
-        """Some rows on. Those that are pushed give way, and no program moves as little."""
+        """Some rows on. Pushed joints give way a little; no program moves so little."""
         slow = np.abs(rows.v).max(axis=0) < HELD
         held = slow | (self.held & (np.abs(rows.q - self.place).max(axis=0) < LEFT))
         stood, moved = held & self.held, rows.q[-1] - self.q
@@ -47,19 +47,19 @@ class Creep:
         )
 
     def integrated(self, rows: Rows, drive: Drive) -> Array:
-        """By how much standing joints' presliding states are predicted to have changed, (J,) [-].
+        """Predicted change of standing joints' presliding states, (J,) [-].
 
-        Velocities that are not quite zero let a joint creep; its encoder knows better.
+        Velocities not quite zero let a predicted joint creep; its encoder shows it does not.
         """
         return np.where(self.held, _states(rows, drive).mean(axis=0) - self.s, 0.0)
 
     def grown(self, drive: Drive) -> Array:
-        """From where to where they may have changed, (2, J) [-]."""
+        """Range of their possible change, (2, J) [-]."""
         tail, (stiff, soft) = drive.presliding_tail, self.ends.swapaxes(0, 1)
         return np.asarray((1.0 - tail) * stiff + tail * soft - _full(len(self.q))[:, 0])
 
     def learnt(self, kept: Array) -> Creep:
-        """After a baseline has taken up all but a share of that, (J,) [-]."""
+        """After a baseline has absorbed all but the share `kept`, (J,) [-]."""
         full = _full(len(kept))
         return replace(self, ends=full + kept * (self.ends - full))
 
@@ -71,10 +71,10 @@ def at_first(joints: int) -> Creep:
 
 
 def _states(rows: Rows, drive: Drive) -> Array:
-    """Presliding states as they are predicted, (N, J) [-]."""
+    """Predicted presliding states, (N, J) [-]."""
     return np.asarray(drive.gain * rows.drive[:, COULOMB] / drive.coulomb)
 
 
 def _full(joints: int) -> Array:
-    """Presliding states of joints that friction holds with all it has, either way, (2, 2, J)."""
+    """Presliding states of joints held by full friction, either way, (2, 2, J)."""
     return np.multiply.outer([1.0, -1.0], np.ones((2, joints)))

@@ -1,11 +1,11 @@
-"""A motor that crosses the gap of its gear.
+"""A motor that crosses its gear's backlash.
 
-Where the load turns over at t0 the motor leaves one flank and needs
+Where the load reverses at t0 the motor leaves one flank and needs
 
     T = sqrt(4 b I_r / f)
 
 to cross the whole gap 2 b under the friction it no longer overcomes; meanwhile the current lacks
-what the load takes. Each gap is weighed by that template, beside a level and a slope.
+the load's share. Each gap is weighed by that template, together with a level and a slope.
 """
 
 from __future__ import annotations
@@ -22,43 +22,43 @@ from urdyn.diagnose.space import Space
 from urdyn.tracking.joint_motion import STANDING
 from urdyn.types import Array, Mask
 
-GAPS = np.array([5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3])  # [rad] half, that are looked for
+GAPS = np.array([5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3])  # [rad] half gaps tested for
 BEFORE, LONGEST = 0.04, 0.06  # [s] before and after a reversal, or longer in this proportion
-WIDER = 1.5  # [-] times the time that a gap takes, after which what it lacked must be back
+WIDER = 1.5  # [-] times a gap's crossing time, after which the missing current must be back
 FEWEST = 8  # rows about a reversal: a level and a slope take two of them
-WILD = 4.0  # [sd] that one row counts at most
-CLEAR = 4.0  # [sd] of a load about its line, that it has to swing through
-BENT, SPAN = 2.0, 0.02  # [-] times its usual bend over this time [s], beyond which a load jumps
-SHARES = (1.0, 0.5)  # [-] of the template: the load is not quite gone, or not all of it known
+WILD = 4.0  # [sd] most that one row counts
+CLEAR = 4.0  # [sd] of a load about its line, which its change must exceed
+BENT, SPAN = 2.0, 0.02  # [-] times its usual curvature over this [s], beyond which a load jumps
+SHARES = (1.0, 0.5)  # [-] of the template: the load does not vanish wholly, or is not all known
 
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """Likelihood of each gap, were it one that the motor crosses at a reversal."""
+    """Likelihood of each gap, if the motor crosses it at a reversal."""
 
     space: Space
     period: float  # [s] between rows
 
     @cached_property
     def lasting(self) -> Array:
-        """Time over each gap, (gaps, J) [s]."""
+        """Time to cross each gap, (gaps, J) [s]."""
         drive = self.space.reference.drive
         return np.sqrt(4.0 * GAPS[:, None] * drive.rotor_inertia / drive.coulomb)
 
     @cached_property
     def longest(self) -> Array:
-        """After a reversal, time in which each gap is crossed and something is left, (gaps, J)."""
+        """Time after a reversal in which each gap is crossed, with a margin, (gaps, J) [s]."""
         return np.asarray(np.maximum(LONGEST, WIDER * self.lasting))
 
     def weigh(
         self, rows: Rows, after: Array, load: Array, left: Array, j: int
     ) -> tuple[Array, Array]:
-        """Log likelihood ratios of the gaps, and what they would be, (gaps,) [nats].
+        """Log likelihood ratios of the gaps, and their expected values, (gaps,) [nats].
 
         Args:
             after: time since the reversal, (N,) [s].
             load: of joint j, (N,) [N·m].
-            left: of its current by the model, (N,) [A].
+            left: residual of its current, (N,) [A].
         """
         llr, shown = np.zeros((2, len(GAPS)))
         for longest in np.unique(self.longest[:, j]):  # the shortest first
@@ -74,7 +74,7 @@ class Crossing:
     def _weigh(
         self, rows: Rows, after: Array, load: Array, left: Array, j: int, longest: float, gaps: Mask
     ) -> tuple[Array, Array] | None:
-        """Log likelihood ratios of gaps that take as long, and what they would be [nats]."""
+        """The same of gaps that take as long [nats]."""
         at = (after > -longest * BEFORE / LONGEST) & (after < longest)
         if at.sum() < FEWEST or not np.isfinite(left[at]).all():
             return None
@@ -90,7 +90,7 @@ class Crossing:
         q, told = np.linalg.qr(seen[:, :2])[0], seen[:, 2:]
         beside = (told - q @ (q.T @ told)).T
         r, x = np.clip(beside[0], -WILD, WILD), beside[1:]
-        louder = max(1.0, float(r @ r) / (len(r) - 2.0))  # what the model leaves just here
+        louder = max(1.0, float(r @ r) / (len(r) - 2.0))  # the model's residual just here
         power = np.sum(x**2, axis=1)
         of_each = [(c * (x @ r) - 0.5 * c**2 * power) / louder for c in SHARES]
         return logsumexp(of_each, axis=0) - np.log(len(SHARES)), 0.5 * power / louder
@@ -102,10 +102,10 @@ class Crossing:
         return self.space.covariance(rows, self.period)
 
     def _jumps(self, load: Array, at: Mask) -> bool:
-        """Whether a load turns over more sharply than accelerations can be told.
+        """Whether a load reverses more sharply than accelerations resolve.
 
-        They are those of some hundredths of a second. Where the true one jumps, the load that is
-        made of them does so too early, and then too late: like a gap.
+        They are averages over some hundredths of a second. Where the true one jumps, the load
+        computed from them does so too early, and then too late: like a gap.
         """
         lag = max(1, round(SPAN / self.period))
         bend = np.abs(load[2 * lag :] - 2.0 * load[lag:-lag] + load[: -2 * lag])
@@ -113,11 +113,11 @@ class Crossing:
 
 
 def white(columns: Array, alike: Array, doubt: Array) -> Array:
-    """Rows (n, k) where their noise is white: a sensor that filters makes one that lasts.
+    """Rows (n, k) with their noise whitened: a sensor's filter correlates it.
 
     Args:
-        alike: covariance of noise 0, 1 .. rows apart, (m,) [A²]; beyond that as the last.
-        doubt: sd of what nobody knows of each row, (n,) [A].
+        alike: covariance of noise 0, 1 .. rows apart, (m,) [A²]; constant beyond the last.
+        doubt: sd of each row's unknown part, (n,) [A].
     """
     rows = np.arange(len(doubt))
     apart = np.minimum(np.abs(np.subtract.outer(rows, rows)), len(alike) - 1)
@@ -126,10 +126,10 @@ def white(columns: Array, alike: Array, doubt: Array) -> Array:
 
 
 def _whole(load: Array, after: Array, line: Array) -> bool:
-    """The load turns over once, and for good: noise about zero is no reversal.
+    """Whether the load reverses once, and for good: noise about zero is no reversal.
 
-    What is wrong with accelerations is in the load, and reversed in the residual: a load that only
-    they turn over would look like a gap.
+    Errors of accelerations are in the load, and with opposite sign in the residual: a load that
+    reverses by these alone would look like a gap.
     """
     if np.ptp(line) < CLEAR * np.std(load - line):
         return False

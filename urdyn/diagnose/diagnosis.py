@@ -1,10 +1,9 @@
 """From moments of work to findings: fast kinds every beat, slow kinds every moment.
 
-    diagnosis = Diagnosis(fit, period)
-    state = diagnosis.init()
-    state, findings = diagnosis.step(state, now)     # findings that are new or changed
+    diagnosis = Diagnosis(fit, period) state = diagnosis.init() state, findings =
+    diagnosis.step(state, now)     # new or changed findings
 
-The commissioned model is held: what is judged never bends to what it is judged by.
+The commissioned model is held: what is judged never changes its own reference.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ from urdyn.diagnose.zero import jumps
 from urdyn.identify.fit import Fit
 from urdyn.types import Array, Mask, Motion
 
-# Fast kinds that bend what slow ones are judged by.
+# Fast kinds that distort the data of slow ones.
 BENDS = ("sensor_fault", "joint_backlash", "controller_instability")
 
 
@@ -51,7 +50,7 @@ class Diagnosis:
 
     @cached_property
     def space(self) -> Space:
-        """Where everything that can change has a direction."""
+        """Where each possible change has a direction."""
         return space(self.fit)
 
     @cached_property
@@ -66,12 +65,12 @@ class Diagnosis:
 
     @cached_property
     def pace(self) -> Pace:
-        """How many rows are looked at together."""
+        """How many rows are processed together."""
         return Pace(self.period)
 
     @cached_property
     def ledger(self) -> Ledger:
-        """Who makes findings of what the tests tell."""
+        """Turns the tests' results into findings."""
         return Ledger(self.space, self.rules, self.slow.judge)
 
     def init(self) -> State:
@@ -80,9 +79,9 @@ class Diagnosis:
         return State(self.fast.init(), self.slow.init(), unfelt(J), np.zeros(J), all_seen(J))
 
     def step(self, state: State, now: Now) -> tuple[State, list[Finding]]:
-        """One instant on; findings that are new, or worse than they were.
+        """One instant on; new findings, and those that are worse than before.
 
-        Where a clock is set back nobody knows how long that took: it goes on as after a pause.
+        A clock that is set back does not show how long that took: time goes on as after a pause.
         """
         ahead, known = state.ahead, np.isfinite(now.instant.current)
         if now.instant.t + ahead <= state.last:
@@ -103,7 +102,7 @@ class Diagnosis:
         return state, found + more + late
 
     def _seen(self, state: State, t: Array, q: Array, known: Mask) -> tuple[State, list[Finding]]:
-        """After instants (N,) [s] whose angles are known, (N, J) [rad]: who is well again?"""
+        """After instants (N,) [s] with known angles, (N, J) [rad]: which sensors are well again?"""
         last = float(t[-1])
         unseen, events = well(seen(state.unseen, t, q, known), last)
         state = replace(state, last=last, unseen=unseen)
@@ -112,7 +111,7 @@ class Diagnosis:
     def _unseen(
         self, state: State, t: float, silent: Mask, known: Mask
     ) -> tuple[State, list[Finding]]:
-        """With an instant at which angles are silent, but some currents may be known, (J,) each."""
+        """With an instant without some angles, but perhaps with their currents, (J,) each."""
         held = self.rules.fast.sensor_silent.held
         unknown, events = unseen(state.unseen, t, silent, known, held)
         return self._blind(replace(state, unseen=unknown), events)
@@ -126,19 +125,19 @@ class Diagnosis:
         return self._blind(replace(state, unseen=unknown), events)[0]
 
     def _blind(self, state: State, events: list[Event]) -> tuple[State, list[Finding]]:
-        """Without what waits, where an encoder was found to be none; the last beat was its, too."""
+        """Without what waits, where an encoder was found silent; it also affects the last beat."""
         if not events:
             return state, []
         slow = self.slow.unsaid(state.slow, min(event.onset for event in events) - BEAT)
         return self._told(replace(state, slow=slow, chunk=(), beat=(), moment=()), events)
 
     def _chunk(self, state: State) -> tuple[State, list[Finding]]:
-        """The instants that were kept, beside the commissioned model."""
+        """The kept instants, compared with the commissioned model."""
         state, part = self._rows(replace(state, chunk=()), *motion_of(state.chunk))
         return self.take(state, part)
 
     def _rows(self, state: State, motion: Motion, s: Array, travelled: Array) -> tuple[State, Rows]:
-        """A motion beside the model, as it was: without the jumps of encoders that are told."""
+        """A motion compared with the model, without the encoder jumps already reported."""
         warmth = felt(state.warmth, motion.t, motion.temperature)
         off = state.off + np.cumsum(jumps(motion.shift, self.rules.jump), axis=0)
         if np.count_nonzero(off):
@@ -147,7 +146,7 @@ class Diagnosis:
         return state, rows(self.space, motion, s, travelled, warmth)
 
     def take(self, state: State, part: Rows) -> tuple[State, list[Finding]]:
-        """Some rows on, no longer than a beat and without a gap."""
+        """Process some rows, at most a beat and without a gap."""
         found: list[Finding] = []
         before = (*state.moment, *state.beat)
         if before and part.t[0] - before[-1].t[-1] > self.pace.gap:
@@ -159,7 +158,7 @@ class Diagnosis:
         return state, found
 
     def _broken(self, state: State) -> tuple[State, list[Finding]]:
-        """A beat and a moment that a gap has ended."""
+        """Finish a beat and a moment that a gap has ended."""
         state, found = self._beat(state) if state.beat else (state, [])
         if not state.moment:
             return state, found
@@ -167,7 +166,7 @@ class Diagnosis:
         return state, found + more
 
     def finish(self, state: State) -> tuple[State, list[Finding]]:
-        """What waits, at the end of a recording."""
+        """Process what waits, at the end of a recording."""
         found: list[Finding] = []
         if state.chunk:
             state, found = self._chunk(state)
@@ -182,7 +181,7 @@ class Diagnosis:
         return state, found + more
 
     def _tells_again(self, state: State) -> tuple[State, list[Finding]]:
-        """With sensors that were ill, and at the end have told for long enough to be believed."""
+        """With sensors that failed, but at the end have worked for long enough to be trusted."""
         if np.isinf(state.last):
             return state, []
         sensors, currents = self.fast.sensors.well(state.fast.sensors, state.last, BELIEVED)
@@ -211,7 +210,7 @@ class Diagnosis:
         return state, found + more
 
     def _moment(self, state: State) -> tuple[State, list[Finding]]:
-        """A moment that is over."""
+        """Process a moment that is over."""
         push = replace(state.push, going=state.fast.quiet.going)
         slow = self.slow.moment(state.slow, joined(state.moment), push)
         return self._changes(replace(state, slow=slow, moment=()))
@@ -222,12 +221,12 @@ class Diagnosis:
         return replace(state, book=book), found
 
     def _changes(self, state: State) -> tuple[State, list[Finding]]:
-        """New changes as findings, and how those that are known went on."""
+        """New changes as findings, and the course of the known ones."""
         book, found = self.ledger.changes(state.book, state.slow)
         return replace(state, book=book), found
 
     def findings(self, state: State) -> list[Finding]:
-        """All that was found, as it is now; `state.findings` is as it was last told."""
+        """All findings as they are now; `state.findings` has them as last reported."""
         return self.ledger.now(state.book, state.slow)
 
     def observable(self, state: State) -> list[dict[str, Any]]:
@@ -235,15 +234,15 @@ class Diagnosis:
         return self.fast.observable(state.fast)
 
     def judged(self, state: State) -> list[bool]:
-        """Joint by joint, whether it has moved for long enough to be told well from ill.
+        """Joint by joint, whether it has moved for long enough to be judged.
 
-        Nothing is before there was a block of what was compared.
+        None is before the first block was compared.
         """
         moved = state.fast.reversals.slid > MOVED
         return [bool(enough) for enough in moved & np.isfinite(state.book.upto)]
 
     def over(self, motion: Motion, s: Array, travelled: Array) -> tuple[State, list[Finding]]:
-        """A whole motion at once: the same beats as instant by instant, but for their seams."""
+        """A whole motion at once: the same beats as instant by instant, except at their seams."""
         state, silent, told = self.init(), np.isnan(motion.q), 0
         there = np.isfinite(motion.current)
         known = np.flatnonzero(np.isfinite(motion.q + motion.v + motion.a).all(axis=1))
@@ -262,9 +261,9 @@ class Diagnosis:
 
 
 def _bends(event: Event) -> bool:
-    """Whether it bends what slow kinds are judged by; a current that is not there bends nothing.
+    """Whether it distorts the data of slow kinds; a missing current distorts nothing.
 
-    What goes on is not believed since it was told.
+    What goes on has been excluded since it was reported.
     """
     if event.goes_on:
         return False
@@ -272,6 +271,6 @@ def _bends(event: Event) -> bool:
 
 
 def _last(events: Iterable[Event], before: Push) -> Push:
-    """The last push; what is smoothed feels it a little earlier."""
+    """The last push; smoothed signals show it a little earlier."""
     pushes = [(e.onset - BEAT, e.alarm) for e in events if e.kind == "collision"]
     return Push(False, *pushes[-1]) if pushes else before

@@ -16,15 +16,15 @@ from urdyn.diagnose.trust import PASSING
 from urdyn.faults.decision import Costs
 from urdyn.version import __version__
 
-WATCHED = {  # quantities of a history whose changes are judged beside findings, and by which kind
+WATCHED = {  # quantities of a history with judged changes, and the kind that judges each
     "coulomb": "friction_increase",
     "viscous": "viscous_friction",
     "health": "health_degradation",
     "zero": "encoder_offset",
 }
-TELL = "tell the controller what the tool weighs"  # as the rules advise of another payload
+TELL = "tell the controller what the tool weighs"  # the rules' advice for another payload
 MEANT = "see that this load is meant"  # where the controller has been told
-ORIGIN = ("urdyn", "provenance")  # of the document; all else is said of the run, in its summary too
+ORIGIN = ("urdyn", "provenance")  # of the document; all else describes the run, also in its summary
 
 
 def findings_document(
@@ -38,14 +38,14 @@ def findings_document(
     restarts: int = 0,
     load_as_set: bool = False,
 ) -> dict[str, Any]:
-    """All findings, what speaks against them all, and what to do.
+    """All findings, what makes them all doubtful, and what to do.
 
-    With the version and the hashes of what they were made of.
+    With the version and the hashes of their sources.
 
     Args:
-        judged: of the joints, whether enough was compared to find anything in them.
-        restarts: how often a tracked belief began anew, since no arm was believed in any more.
-        load_as_set: the controller is set to the load that is tracked: it needs not be told.
+        judged: of each joint, whether enough was compared to find anything in it.
+        restarts: how often a tracked belief was reset, since no arm explained the data any more.
+        load_as_set: the controller is already set to the tracked load.
     """
     if load_as_set:
         findings = [replace(f, advice=f.advice.replace(TELL, MEANT)) for f in findings]
@@ -68,7 +68,7 @@ def findings_document(
 
 
 def _levels(rules: Rules, kind: str) -> dict[str, float]:
-    """From which size on it matters, and must not grow."""
+    """The sizes from which it matters, and must not grow."""
     levels = rules.levels(kind)
     return {"warning": levels.warning, "critical": levels.critical}
 
@@ -79,14 +79,14 @@ def _arm(
     judged: Sequence[bool],
     findings: Sequence[Finding],
 ) -> dict[str, Any]:
-    """How surely the arm lasts; null where no joint was judged, and nothing that wears is found."""
+    """The arm's health; null where no joint was judged, and no wear was found."""
     told = arm_health(rows, costs) | {"judged": all(judged)}
     known = any(judged) or any(f.kind not in PASSING for f in findings)
     return told if known else told | {"health_index": None}
 
 
 def _finite(value: Any) -> Any:
-    """The same in JSON's own types; what is no number is null."""
+    """The same in JSON's own types; numbers that are not finite are null."""
     match value:
         case Mapping():
             return {str(key): _finite(inner) for key, inner in value.items()}

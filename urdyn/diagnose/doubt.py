@@ -1,4 +1,4 @@
-"""What speaks against all findings of a run: joints do not fall ill together.
+"""What makes all findings of a run doubtful: joints do not fail together.
 
 Findings are mappings here, as `Finding.plain` gives them and findings.json has them.
 """
@@ -26,9 +26,9 @@ TURNED = (
     "the current of {} is told with another sign, or is another joint's: no gain is off by "
     "{:.0f} %; see to the columns of the recording before anything below"
 )
-# Of a joint with one of these no drive can make the currents: they say why a belief went astray.
+# No drive explains the currents of a joint with one of these: it is why a belief went astray.
 MISLEADING = ("sensor_fault", "controller_instability")
-GAIN = "gain of the current sensor"  # as the rules call it
+GAIN = "gain of the current sensor"  # as named in the rules
 
 ITS_TWIN = "make sure that this is this arm's twin before anything else; then "
 ITS_COLUMNS = "see to the order and the signs of the columns before anything else; then "
@@ -38,10 +38,10 @@ Findings = Collection[Mapping[str, Any]]
 
 
 def doubt(findings: Findings, joints: int, restarts: int = 0) -> tuple[str, str]:
-    """What to see to before any of these, and how advice then begins; "" both where nothing is.
+    """What to check before any of these, and how advice then begins; "" both if nothing.
 
-    Where the currents were not this arm's for a while, so that a tracked belief began anew,
-    `restarts` times, and no finding says why, advice alone says what goes first.
+    Where the currents were not this arm's for a while, so that a tracked belief was reset,
+    `restarts` times, and no finding explains it, only the advice is changed.
     """
     if lost := _of_most(LOSSY, findings, joints, silently=True):
         return lost, ITS_STREAM
@@ -55,20 +55,20 @@ def doubt(findings: Findings, joints: int, restarts: int = 0) -> tuple[str, str]
 
 
 def _turned(findings: Findings) -> str:
-    """What is said of a sensor that lost more than all of its gain; "" where none did."""
+    """The text for a sensor that lost more than all of its gain; "" where none did."""
     gains = (f for f in findings if f["quantity"] == GAIN and f["size"] < -1.0)
     least = min(gains, key=lambda f: f["size"], default=None)
     return TURNED.format(least["name"], 100.0 * least["size"]) if least else ""
 
 
 def _from_the_first(findings: Findings, joints: int) -> str:
-    """What to make of joints, half of them at least, that were past every level all along."""
+    """The text where at least half of the joints were beyond every level from the start; or ""."""
     ill = {f["joint"] for f in findings if f.get("older") and f["severity"] == "critical"}
     return FROM_THE_FIRST.format(len(ill), joints) if ill and 2 * len(ill) >= joints else ""
 
 
 def _of_most(said: str, findings: Findings, joints: int, silently: bool) -> str:
-    """What is said of sensors of most joints that are, or are not, silent; "" of fewer."""
+    """The text where sensors of most joints are, or are not, silent; "" for fewer."""
     faults = (f for f in findings if f["kind"] == "sensor_fault")
     ill = {f["joint"] for f in faults if silent(f["kind"], f.get("evidence", {})) is silently}
     return said.format(len(ill), joints) if 2 * len(ill) > joints else ""

@@ -1,4 +1,4 @@
-"""An encoder that tells nothing while the others do: it is silent, or stuck, which is no angle.
+"""An encoder that gives no angle while the others do: it is silent, or stuck.
 
 (One whose zero jumps is in `zero`; one whose zero creeps is among the slow kinds.)
 """
@@ -15,22 +15,22 @@ from urdyn.diagnose.sensor import HEALED
 from urdyn.signal.stuck import APART
 from urdyn.types import Array, Mask
 
-LIKEWISE = 0.05  # [s] within which what falls silent does so together; angles are a row off
+LIKEWISE = 0.05  # [s] within which sensors fall silent together; angles are a row off
 
 
 @dataclass(frozen=True, eq=False)
 class Unseen:
-    """Of which joints nothing was told of late, and which of them are not yet well since."""
+    """Joints whose angles are missing, and those not yet well again."""
 
     since: Array  # (J,) [s]; NaN: its angle is known
-    told: Mask  # (J,) that it is not
-    last: Array  # (J,) [s] when one that was told was last unknown; -inf: never, or it is well
+    told: Mask  # (J,) reported as unknown
+    last: Array  # (J,) [s] when a reported one was last unknown; -inf: never, or it is well
     back: Array  # (J,) [rad] the first angle after that; NaN: there was none
-    moved: Array  # (J,) [rad] the furthest from that
-    times: Array  # (J,) how often it was told to be unknown
-    gone: Array  # (J,) [s] since when an angle or a current is not known; NaN: both are
-    company: Array  # (J,) joints that fell silent with it, itself too, at the fewest
-    longest: Array  # (J,) [s] the longest of these
+    moved: Array  # (J,) [rad] largest distance from that
+    times: Array  # (J,) how often it was reported
+    gone: Array  # (J,) [s] since when an angle or a current is unknown; NaN: both are known
+    company: Array  # (J,) fewest joints that fell silent together, itself included
+    longest: Array  # (J,) [s] its longest silence
 
 
 def all_seen(joints: int) -> Unseen:
@@ -54,11 +54,11 @@ def all_seen(joints: int) -> Unseen:
 def unseen(
     before: Unseen, t: float, silent: Mask, known: Mask, held: float
 ) -> tuple[Unseen, list[Event]]:
-    """An instant on; an event of each encoder that was silent for long by now.
+    """One instant on; an event for each encoder that has been silent for long.
 
     Args:
-        silent: of which joints no angle is told, (J,); of all of them, it is a gap.
-        known: of which a current is, (J,).
+        silent: joints without an angle, (J,); if all of them are, it is a gap.
+        known: joints with a current, (J,).
         held: [s] for which an angle may be missing.
     """
     alone = silent & ~silent.all()
@@ -69,7 +69,7 @@ def unseen(
     gone = np.where(lost, np.fmin(before.gone, t), np.nan)
     near = np.abs(gone - since[:, None]) < LIKEWISE
     with_it = np.count_nonzero(near | np.eye(len(near), dtype=bool), axis=1)
-    ill = told | (alone & np.isfinite(before.last))  # one that is not yet well begins anew
+    ill = told | (alone & np.isfinite(before.last))  # one that is not yet well starts again
     after = Unseen(
         since=since,
         told=told,
@@ -88,7 +88,7 @@ def seen(before: Unseen, t: Array, q: Array, known: Mask) -> Unseen:
     """After instants t (N,) [s] at which all angles are known, (N, J) [rad].
 
     Args:
-        known: of which joints a current is, (N, J).
+        known: joints with a current, (N, J).
     """
     before = _none_now(before, t, known)
     if not np.isfinite(before.last).any():
@@ -98,10 +98,10 @@ def seen(before: Unseen, t: Array, q: Array, known: Mask) -> Unseen:
 
 
 def well(before: Unseen, t: float, enough: float = HEALED) -> tuple[Unseen, list[Event]]:
-    """Without encoders that are well again at `t` [s], and an event of each.
+    """Without encoders that are well again at `t` [s], and an event for each.
 
-    One that was stuck tells so only where it moves: it has gone further than what is rounded, and
-    has told angles for `enough` [s].
+    Motion alone shows that one is no longer stuck: it has moved further than rounding, and has
+    given angles for `enough` [s].
     """
     over = np.isfinite(before.last) & (before.moved > APART) & (t - before.last >= enough)
     if not np.count_nonzero(over):
@@ -113,7 +113,7 @@ def well(before: Unseen, t: float, enough: float = HEALED) -> tuple[Unseen, list
 def ever_unseen(
     before: Unseen, t: Array, silent: Mask, known: Mask, held: float
 ) -> tuple[Unseen, list[Event]]:
-    """The same after many instants, (N,) [s] and (N, J), whatever those are that lack none."""
+    """The same after many instants, (N,) [s] and (N, J), with or without missing angles."""
     state, events, last = before, list[Event](), -1
     for k in np.flatnonzero(silent.any(axis=1)).tolist():
         if k > last + 1:

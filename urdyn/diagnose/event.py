@@ -1,4 +1,4 @@
-"""What a fast test has seen, before it is called a finding."""
+"""What a fast test has detected, before it becomes a finding."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from urdyn.diagnose.evidence import Evidence
 
-CERTAIN = 0.99  # [-] that a test which alarms is right, before it is said how far to trust its name
-USELESS = 10.0  # size of a sensor that tells nothing: beyond any level
+CERTAIN = 0.99  # [-] confidence in an alarm, before the trust in its name is applied
+USELESS = 10.0  # size of a sensor without readings: beyond any level
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,17 +22,17 @@ class Event:
     joint: int  # of a collision: the link
     onset: float  # [s]
     alarm: float  # [s]
-    size: float  # what the kind's levels are in
+    size: float  # in the unit of the kind's levels
     confidence: float = CERTAIN  # [-]
     evidence: Mapping[str, Any] = field(default_factory=dict)
-    size_sd: float = float("nan")  # NaN: nobody knows
-    within: float = 0.1  # [s] of which it began
-    unseen: float = np.inf  # [s] until when it may have been there, and would not have shown
-    goes_on: bool = False  # it was told before, and this is how it is by now
+    size_sd: float = float("nan")  # NaN: unknown
+    within: float = 0.1  # [s] of the onset, in which it began
+    unseen: float = np.inf  # [s] until when it may have existed without showing
+    goes_on: bool = False  # reported before; this is its present state
 
     @property
     def began(self) -> tuple[float, float]:
-        """From when to when it may have begun [s]."""
+        """Interval in which it may have begun [s]."""
         return min(self.onset - self.within, self.unseen), self.onset + self.within
 
     @property

@@ -1,4 +1,4 @@
-"""Findings of what shows at once, in words and numbers that a plant uses."""
+"""Findings of fast kinds, in a plant's words and numbers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SHOWS = {"dropped": "silent", ENCODER: "stuck or silent"}  # modes of a sensor, 
 
 
 def of_event(event: Event, space: Space, rules: Rules) -> Finding:
-    """A fast kind."""
+    """The finding of a fast kind's event."""
     levels = _levels(event, rules)
     arm = space.reference.arm
     names = arm.link_names if event.kind == "collision" else arm.joint_names
@@ -44,7 +44,7 @@ def of_event(event: Event, space: Space, rules: Rules) -> Finding:
 
 
 def _levels(event: Event, rules: Rules) -> Levels:
-    """Those of its kind; of sensors that are at fault, or were, by which sensor it is."""
+    """Levels of its kind; for a sensor's fault, present or past, by which sensor it is."""
     sensor = _sensor(event)
     if event.kind == "sensor_fault":
         advice = f"check the {sensor} of this joint"
@@ -58,7 +58,7 @@ def _levels(event: Event, rules: Rules) -> Levels:
 
 
 def _which(event: Event) -> str:
-    """Of a joint's two sensors, whose faults are apart, the one that is not of its current."""
+    """Suffix for a joint's encoder, whose faults are distinct from its current sensor's."""
     return f".{ENCODER}" if event.kind == "sensor_fault" and _sensor(event) == ENCODER else ""
 
 
@@ -138,6 +138,6 @@ def _sick(event: Event, name: str) -> str:
 
 
 def _while(begin: float, end: float, decimals: int) -> str:
-    """From when to when; of what is over at once, when."""
+    """From when to when; a single time where both are equal."""
     first, last = f"{begin:.{decimals}f}", f"{end:.{decimals}f}"
     return f"at stamp {first} s" if first == last else f"from stamp {first} s to {last} s"

@@ -1,4 +1,4 @@
-"""What evidence says that anybody acts on, by type; its keys are those of findings.json."""
+"""Evidence that is acted upon, by type; its keys are those of findings.json."""
 
 from __future__ import annotations
 
@@ -10,35 +10,35 @@ import numpy as np
 
 from urdyn.types import Array
 
-CLIPPED = "clipped"  # the mode of a sensor that is stuck at its limit, and tells all below it
-ENCODER = "encoder"  # the mode of a sensor fault that is one of angles
-SILENT = ("dropped", ENCODER)  # modes of a sensor that tells nothing
+CLIPPED = "clipped"  # the mode of a sensor that is stuck at its limit, and right below it
+ENCODER = "encoder"  # the mode of an encoder's fault
+SILENT = ("dropped", ENCODER)  # modes of a sensor without readings
 
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """That of an event or of its finding."""
+    """Evidence of an event or of its finding."""
 
     said: Mapping[str, Any]
 
     @property
     def mode(self) -> str | None:
-        """How a sensor fails that shows at once; None: no such fault."""
+        """How a sensor fails at once; None: no such fault."""
         return self.said.get("mode")
 
     @property
     def of_encoder(self) -> bool:
-        """Whether the sensor in question is the one of angles, and not of the current."""
+        """Whether the sensor in question is the encoder, not that of the current."""
         return self.mode in (None, ENCODER)
 
     @property
     def silent(self) -> bool:
-        """Whether a sensor tells, or told, nothing."""
+        """Whether a sensor gives, or gave, no readings."""
         return self.mode in SILENT
 
     @property
     def to_and_fro(self) -> bool:
-        """Whether a zero jumps back and again: an angle that is noisy, or loose."""
+        """Whether a zero jumps back and forth: an angle that is noisy, or loose."""
         return bool(self.said.get("to_and_fro"))
 
     @property
@@ -48,7 +48,7 @@ class Evidence:
 
     @property
     def anew(self) -> float | None:
-        """When it last began anew [s]; None: that is not told."""
+        """When it last began again [s]; None: not given."""
         return self.said.get("anew_s")
 
     @property
@@ -58,12 +58,12 @@ class Evidence:
 
     @property
     def at_once(self) -> int:
-        """Joints whose sensors fell silent at the same row, this one too, at the fewest."""
+        """Fewest joints whose sensors fell silent at the same row, this one included."""
         return int(self.said.get("at_once", 1))
 
     @property
     def ever_heard(self) -> bool:
-        """Whether a sensor that is silent has told anything since the run began."""
+        """Whether a silent sensor has given any reading since the run began."""
         return bool(self.said.get("ever_heard", True))
 
     @property
@@ -78,15 +78,15 @@ class Evidence:
 
     @property
     def recurs_at(self) -> str | None:
-        """Of what reversals a jolt of play recurs at; None: a gap was seen itself."""
+        """Reversals of what, at which a jolt of play recurs; None: the gap itself was seen."""
         return self.said.get("recurs_at")
 
     @property
     def torque(self) -> Array:
-        """Of a push, as the joints felt it most, (J,) [N·m]."""
+        """Torques of a push at its peak, (J,) [N·m]."""
         return np.asarray(self.said["torque_Nm"])
 
     @property
     def alone(self) -> int | None:
-        """Of a push, the joint that alone felt it; None: several did."""
+        """The only joint that a push moved; None: several."""
         return self.said.get("alone")

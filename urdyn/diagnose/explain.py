@@ -1,9 +1,9 @@
-"""Which change explains what the bank has seen: the evidence of every kind and joint.
+"""Which change explains the bank's data: the evidence of each kind and joint.
 
 A change of kind h has a size delta ~ N(0, D_h), of one sign where the kind has one. Its evidence
 against the healthy arm is the likelihood ratio averaged over that size, over step and ramp, and
-over onsets; summed over onsets it is Shiryaev-Roberts' statistic, whose mean over all kinds grows
-by one a block while the arm is healthy: the threshold is the promise itself [Shin2024]_.
+over onsets; summed over onsets it is the Shiryaev-Roberts statistic, whose mean over all kinds
+grows by one per block while the arm is healthy: the threshold is the promise itself [Shin2024]_.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from urdyn.diagnose.rules import SlowKind
 from urdyn.diagnose.suspects import Suspect, Suspects
 from urdyn.types import Array, Index
 
-SIZES = (1.0, 0.2)  # of the expected size, that a step may have
+SIZES = (1.0, 0.2)  # of a step, relative to the expected size
 RATES = (60.0, 600.0, 3600.0, 18000.0)  # [s] in which a ramp makes a change of the expected size
-SCALES = {"step": SIZES, "ramp": tuple(1.0 / tau for tau in RATES)}  # of it, of a ramp [1/s]
-ANY = (1.0, 5.0, 25.0)  # of the expected size, that what has just happened may have
-FINE = 0.05  # of the time between the bank's onsets, to which that of a change is told
+SCALES = {"step": SIZES, "ramp": tuple(1.0 / tau for tau in RATES)}  # of it; a ramp's [1/s]
+ANY = (1.0, 5.0, 25.0)  # of a very recent change, relative to the expected size
+FINE = 0.05  # resolution of a change's onset, relative to the time between the bank's
 
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """A change, and how well it explains what was seen."""
+    """A change, and how well it explains the data."""
 
     suspect: Suspect
     t: float  # [s] now
     evidence: float  # log of the sum over onsets and shapes
     shape: str  # the likeliest
-    onset: float  # [s] of the bank's, 50 % that one up to it is the first to show it
+    onset: float  # [s] the bank's, median of the first one to show it
     shown: tuple[float, float]  # [s] 5 and 95 % of the same
     began: tuple[float, float, float]  # [s] 5, 50 and 95 %
-    size: float  # of the first state now
+    size: float  # present change of the first state
     size_sd: float
     rate: float  # [1/s]; 0 of a step
     rate_sd: float
@@ -44,14 +44,14 @@ class Explanation:
 
     @property
     def large(self) -> bool:
-        """Large enough to be told, and the way that its kind goes."""
+        """Large enough to be reported, and of its kind's sign."""
         kind = self.suspect.kind
         size = kind.sign * self.size if kind.sign else abs(self.size)
         return bool(size > kind.least * self.suspect.unit)
 
 
 def evidence(bank: Bank, kind: SlowKind, places: Index, sd: Array) -> Array:
-    """Log of the likelihood ratio of a kind's suspects; -inf where there is none.
+    """Log-likelihood ratios of a kind's suspects; -inf where there is none.
 
     Args:
         places: of g suspects, (g, r).
@@ -87,7 +87,7 @@ def _log_ratio(C: Array, d: Array, sd: Array, sign: int) -> Array:
 
 
 def ratios(bank: Bank, of: Suspects) -> Array:
-    """Log of every suspect's likelihood ratio by onset, over shapes and sizes, (h, m)."""
+    """Log of each suspect's likelihood ratio by onset, summed over shapes and sizes, (h, m)."""
     told = np.full((len(of.each), len(bank.onset)), -np.inf)
     if not told.size:  # a bank that has just begun
         return told
@@ -100,11 +100,11 @@ def ratios(bank: Bank, of: Suspects) -> Array:
 
 
 def gathered(bank: Bank, told: Array, older: float = 0.0) -> Array:
-    """Evidence of every suspect over all onsets, (h,): log of Shiryaev-Roberts' sums.
+    """Evidence of each suspect over all onsets, (h,): log of Shiryaev-Roberts sums.
 
     Args:
         told: `ratios`, (h, m).
-        older: blocks that onsets before the first one count for.
+        older: blocks that stand for onsets before the first one.
     """
     if not len(bank.onset):
         return np.full(len(told), -np.inf)
@@ -114,7 +114,7 @@ def gathered(bank: Bank, told: Array, older: float = 0.0) -> Array:
 
 
 def explanation(bank: Bank, suspect: Suspect) -> Explanation:
-    """What a suspect's change would be like."""
+    """A suspect's change, if it is there."""
     told = _by_onset(bank, suspect)
     total = float(logsumexp(told))
     by_onset = np.exp(logsumexp(told, axis=(0, 1)) - total)
@@ -143,14 +143,14 @@ def explanation(bank: Bank, suspect: Suspect) -> Explanation:
 
 
 def supposed(bank: Bank, suspect: Suspect, E: Array) -> Bank:
-    """The bank with its arm as it is if this suspect's likeliest change is there.
+    """The bank with its arm changed by this suspect's likeliest change.
 
     Args:
-        E: all directions that faults have, (N, p).
+        E: the directions of all faults, (N, p).
     """
     best, at = _likeliest(bank, suspect, _by_onset(bank, suspect)), suspect.places
     filtered = bank.X[:, SHAPES.index(best.shape), best.m, at]
-    missed = best.age * E[:, at] - filtered  # of a unit of change, by the filter
+    missed = best.age * E[:, at] - filtered  # per unit of change, by the filter
     x = bank.x + missed @ best.delta
     return replace(bank, x=x, P=bank.P + missed @ best.cov @ missed.T)
 
@@ -167,13 +167,13 @@ class _Likeliest:
 
     shape: str
     m: int  # which onset
-    cov: Array  # (r, r) of the change: of a step its size, of a ramp its rate
+    cov: Array  # (r, r) of the change: a step's size, a ramp's rate
     delta: Array  # (r,) mean of that
-    age: float  # what turns it into the size now: of a ramp [s] since its onset, of a step 1
+    age: float  # factor to the size now: [s] since a ramp's onset, 1 for a step
 
 
 def _likeliest(bank: Bank, suspect: Suspect, told: Array) -> _Likeliest:
-    """Of the shapes, scales and onsets that a suspect's change may have.
+    """The likeliest shape, scale and onset of a suspect's change.
 
     Args:
         told: evidence of each, (2, scales, m).
@@ -193,11 +193,11 @@ def _quantile(values: Array, share: Array, level: float) -> float:
 def _began(edges: Array, share: Array) -> tuple[float, float, float]:
     """When a change began, 5, 50 and 95 %; between two onsets it looks like one at the nearer.
 
-    So each onset speaks for the time to its neighbours, and for the nearest most.
+    So each onset covers the time to its neighbours, and the nearest most.
 
     Args:
         edges: onsets, and the end of the last block, (m + 1,) [s].
-        share: how likely each is the first to show the change, (m,).
+        share: probability of each to be the first to show the change, (m,).
     """
     lasting = np.diff(edges)
     density = np.append(share / (lasting + np.append(0.0, lasting[:-1])), 0.0)
@@ -209,7 +209,7 @@ def _began(edges: Array, share: Array) -> tuple[float, float, float]:
 
 
 def instant_evidence(C: Array, d: Array, of: Suspects) -> float:
-    """How well the best suspect of a joint, of any size, explains moments [nats]."""
+    """Evidence of a joint's best suspect, of any size, in moments [nats]."""
     best = 0.0
     for each in of.each:
         if each.joint is not None:

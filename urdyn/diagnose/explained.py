@@ -1,8 +1,7 @@
-"""What showed at once and is explained by a change of the joint that is found later.
+"""Fast findings that a change of the joint, found later, explains.
 
-Friction that has grown presses one way until its joint turns over, and so may look like a push that
-is over by then; and where the joint turns over it is another than was thought, which recurs as play
-does. Who is pushed feels it in more joints as a rule.
+Friction that has grown acts one way until its joint reverses, and so may look like a push that ends
+then; and its difference at reversals recurs as play does. A push usually loads more than one joint.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ FRICTION = "friction_increase"
 
 
 def unexplained(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Without pushes that one joint alone felt, and jolts that recur, that its change explains.
+    """Without pushes on one joint alone, and recurring jolts, that its change explains.
 
     Between the earliest possible onset of the change and its alarm the joint's torque is
     unexplained; how its new friction behaves at reversals stays unknown from then on.

@@ -1,4 +1,4 @@
-"""How far changes that were found have gone."""
+"""How far the changes found have gone."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from urdyn.types import Array, Index
 
 @dataclass(frozen=True, eq=False)
 class Extent:
-    """Of a change, the state that measures it; of friction, all of its joint's."""
+    """A change by the state that measures it; of friction, by all of its joint's."""
 
     healthy: Healthy
     of: Suspects
 
     def levels(self, state: SlowState) -> dict[int, Level]:
-        """Suspects that are found, and how far their change has gone: time, size, sd."""
+        """Suspects found, and how far their change has gone: time, size, sd."""
         bank = state.bank
         now = [(bank.middle, bank.x, bank.P)]
         return {fault.suspect: self._sizes(state, fault, now)[0] for fault in state.known}
 
     def trace(self, state: SlowState, k: int) -> Series:
-        """How a found change went in the blocks that are remembered: time, size, sd.
+        """The course of a found change over the stored blocks: time, size, sd.
 
-        But for those that it divides, which say nothing of it.
+        Blocks that it divides are left out: they say nothing of it.
         """
         fault = next(fault for fault in state.known if fault.suspect == k)
         straying = self.healthy.loosened(state.known, state.learnt.steadiness.share)
@@ -41,7 +41,7 @@ class Extent:
         return self._sizes(state, fault, told)
 
     def strays(self, state: SlowState) -> dict[int, float]:
-        """Suspects that are found, and how far their sizes stray as a healthy arm does [1/√s]."""
+        """Suspects found, and how far a healthy arm's sizes of them would stray [1/√s]."""
         blocks = state.recall.blocks
         walk = np.hypot(self.healthy.straying.walk, blocks[-1].walk if blocks else 0.0)
         told = {}
@@ -52,7 +52,7 @@ class Extent:
         return told
 
     def terms(self, state: SlowState) -> dict[int, dict[str, dict[str, float]]]:
-        """Of each fault of friction that is found, how much each term has grown."""
+        """The growth of each term, for each friction fault found."""
         told = {}
         for fault in state.known:
             if fault.was:
@@ -62,7 +62,7 @@ class Extent:
         return told
 
     def with_before(self, state: SlowState, fault: Fault, known: tuple[Fault, ...]) -> Fault:
-        """With what was believed of its joint's friction before, where it is one of that."""
+        """With the belief about its joint's friction before, if it is a friction fault."""
         if not self.of.each[fault.suspect].kind.of_friction:
             return fault
         straying = self.healthy.loosened(known, state.learnt.steadiness.share)
@@ -70,15 +70,15 @@ class Extent:
         return replace(fault, was=self._friction(x, P, fault))
 
     def measured(self, k: int) -> int:
-        """Place of the state that measures a suspect's change."""
+        """Index of the state that measures a suspect's change."""
         return int(self.of.states[self.of.each[k].places[0]])
 
     def _sizes(
         self, state: SlowState, fault: Fault, beliefs: Iterable[tuple[float, Array, Array]]
     ) -> Series:
-        """How far a change has gone by beliefs in the states, (N,) and (N, N), each of its time.
+        """How far a change has gone by beliefs about the states, (N,) and (N, N), at their times.
 
-        In the unit of the state that measures it; of friction as all of it has grown, over the
+        In the unit of the state that measures it; for friction, the growth of all of it, over the
         motion since.
         """
         of = self._share(state, fault)
@@ -93,19 +93,19 @@ class Extent:
         ]
 
     def _share(self, state: SlowState, fault: Fault) -> Array | None:
-        """Of each term in all friction of its joint, (3,) [-]; None where it is of no term."""
+        """The share of each term in its joint's friction, (3,) [-]; None where it is no friction."""
         if fault.was is None:
             return None
         lost = (b.lost for b in state.recall.blocks if b.end > fault.onset_lo)
         return friction.share(lost, self._joint(fault))
 
     def _friction(self, x: Array, P: Array, fault: Fault) -> friction.Belief:
-        """Of a belief in the states, (N,) and (N, N), that in the friction of a fault's joint."""
+        """The part of a belief about the states, (N,) and (N, N), on a fault's joint's friction."""
         at = self._terms(fault)
         return x[at], P[np.ix_(at, at)]
 
     def _terms(self, fault: Fault) -> Index:
-        """Places of the states that are friction of a fault's joint, (3,)."""
+        """Places of the friction states of a fault's joint, (3,)."""
         places, joint = self.healthy.space.places, self._joint(fault)
         return np.array([places[name].start + joint for name in friction.TERMS])
 

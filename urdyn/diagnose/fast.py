@@ -1,4 +1,4 @@
-"""Fast kinds: a quarter of a second in, events out."""
+"""Fast kinds: a quarter of a second of rows in, events out."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from urdyn.types import Array, Mask
 
 @dataclass(frozen=True, eq=False)
 class FastState:
-    """All that is remembered from beat to beat."""
+    """All that is kept from beat to beat."""
 
     sensors: Felt
     quiet: Quiet
@@ -39,26 +39,26 @@ class Fast:
     space: Space
     period: float  # [s] between rows
     rules: FastRules
-    jump: float  # [rad] of an encoder's zero, from which on it is told
+    jump: float  # [rad] of an encoder's zero, from which it is reported
 
     @cached_property
     def sensors(self) -> SensorHealth:
-        """Sick sensors."""
+        """Test for faulty sensors."""
         return SensorHealth(self.space, self.period, self.rules.sensor_silent)
 
     @cached_property
     def collision(self) -> Collision:
-        """Pushes."""
+        """Test for pushes."""
         return Collision(self.space, self.rules.collision)
 
     @cached_property
     def oscillation(self) -> Oscillation:
-        """Loops that ring."""
+        """Test for loops that ring."""
         return Oscillation(self.space, self.period, self.rules.controller_instability)
 
     @cached_property
     def backlash(self) -> Backlash:
-        """Gears with a gap."""
+        """Test for gears with a gap."""
         return Backlash(self.space, self.period, self.rules.joint_backlash)
 
     @cached_property
@@ -78,10 +78,10 @@ class Fast:
     def step(
         self, state: FastState, rows: Rows, carried: Array
     ) -> tuple[FastState, list[Event], Mask]:
-        """A beat on; also which currents are not to be believed, (N, J).
+        """One beat on; also which currents are not trusted, (N, J).
 
         Args:
-            carried: inertials that may be at the tool, the likeliest first, (k, 10).
+            carried: possible inertials at the tool, the likeliest first, (k, 10).
         """
         ringing = self.oscillation.ringing(state.heard, float(rows.t[-1]))
         torn = self.sensors.torn(rows)

@@ -1,4 +1,4 @@
-"""What the tests of fast kinds go by: a table of the rules for each."""
+"""Rules of the fast kinds' tests: a table for each."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Levels:
-    """From which size on a kind matters, and what is said of it."""
+    """The sizes from which a kind matters, and the words for it."""
 
     warning: float
     critical: float
@@ -19,16 +19,16 @@ class Levels:
 
 
 def levels_of(kind: object) -> Levels:
-    """Those of a kind that has them among others."""
+    """Levels of a kind that has further fields."""
     return Levels(**{f.name: getattr(kind, f.name) for f in fields(Levels)})
 
 
 @dataclass(frozen=True)
 class CollisionRule:
-    """Of pushes."""
+    """Rule for pushes."""
 
-    least: float  # [N] below, they are not told
-    longest: float  # [s] what stays longer is no push
+    least: float  # [N] weaker ones are not reported
+    longest: float  # [s] what lasts longer is no push
     warning: float  # [N]
     critical: float
     quantity: str
@@ -38,15 +38,15 @@ class CollisionRule:
 
 @dataclass(frozen=True)
 class RingingRule:
-    """Of loops that ring."""
+    """Rule for loops that ring."""
 
-    threshold: float  # [-] times the noise floor that a line has to stand out
-    sure: float  # [-] the same of one that no noise makes
-    lowest: float  # [Hz] below, programs do such things
-    prompt: float  # [s] that a line which is sure, and does not grow, has to last
+    threshold: float  # [-] times the noise floor that a line has to exceed
+    sure: float  # [-] the same for one beyond any noise
+    lowest: float  # [Hz] lower ones may be the program's
+    prompt: float  # [s] that a sure line which does not grow has to last
     patience: float  # [s] that others have to last
     least: float  # [N·m] amplitude
-    swing: float  # [rad/s] the same of a joint that swings, whatever torque that takes
+    swing: float  # [rad/s] amplitude of a joint that swings, whatever its torque
     warning: float  # [N·m]
     critical: float
     quantity: str
@@ -56,12 +56,12 @@ class RingingRule:
 
 @dataclass(frozen=True)
 class BacklashRule:
-    """Of gears with play."""
+    """Rule for gears with play."""
 
     promise: float  # reversals of load to a false alarm, over all joints
-    enough: float  # reversals before a gap is told
-    recurs: float  # [-] of the scatter, sd of what recurs where there is no play
-    foreseen: float  # [-] of Coulomb friction, to which at best a current is foreseen
+    enough: float  # reversals before a gap is reported
+    recurs: float  # [-] of the scatter: sd of what recurs without play
+    foreseen: float  # [-] of Coulomb friction: best accuracy of a predicted current
     warning: float  # [rad] half a gap
     critical: float
     quantity: str
@@ -71,17 +71,17 @@ class BacklashRule:
 
 @dataclass(frozen=True)
 class SensorRule:
-    """Of sensors that tell nothing, or too much."""
+    """Rule for silent or noisy sensors."""
 
     held: float  # [s] that a current may repeat itself while the joint slides
     silent: float  # [s] that one joint's current may be missing
     noisy: float  # [-] times the usual noise
-    lasting: float  # [s] for which it is, by far
+    lasting: float  # [s] for which it is, by a wide margin
 
 
 @dataclass(frozen=True)
 class FastRules:
-    """Of every fast kind, by its name in the rules."""
+    """Rules of all fast kinds, by their names in the rules."""
 
     collision: CollisionRule
     controller_instability: RingingRule
@@ -90,7 +90,7 @@ class FastRules:
 
 
 def fast_rules(tables: Mapping[str, Mapping[str, Any]]) -> FastRules:
-    """Those that tables by these names tell."""
+    """Rules from tables of these names."""
     return FastRules(
         collision=CollisionRule(**tables["collision"]),
         controller_instability=RingingRule(**tables["controller_instability"]),

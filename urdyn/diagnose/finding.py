@@ -22,22 +22,22 @@ class Finding:
     name: str  # of the joint, of the link, or "tool"
     onset_s: float  # [s] likeliest, on the stream's clock
     onset_interval_s: tuple[float, float]  # [s] 90 %
-    alarm_s: float  # [s] when it was told first
+    alarm_s: float  # [s] when it was first reported
     severity: str  # of SEVERITIES
-    confidence: float  # [-] probability that kind and joint are these
+    confidence: float  # [-] probability that kind and joint are right
     # To the critical level: median, lo, hi (90 %), from `forecast["at_s"]` on, some 5 s before a
     # log's end; None: it does not grow. To the warning level: `forecast["to_warning_s"]`.
     time_to_failure_s: Mapping[str, float] | None
     size: float  # in `unit`
-    size_sd: float  # NaN, null in JSON, of fast kinds but loops that ring for a while
+    size_sd: float  # NaN (null in JSON) for fast kinds, except loops that ring for a while
     quantity: str
     unit: str
-    text: str  # in a sentence
+    text: str  # one sentence
     advice: str
     evidence: Mapping[str, Any] = field(default_factory=dict)
     acknowledged: bool = False
     forecast: Mapping[str, Any] | None = None  # `Course.forecast`; None: no trend is established
-    older: bool = False  # it may have begun before the run; then onset_s is the first look at it
+    older: bool = False  # it may have begun before the run; then onset_s is when it was first seen
     gone: bool = False  # nothing is left of it: it was repaired, or passed
 
     @property
@@ -56,5 +56,5 @@ class Finding:
 
 
 def severity(size: float, warning: float, critical: float) -> str:
-    """By the levels of the kind."""
+    """Severity by the levels of the kind."""
     return SEVERITIES[int(abs(size) >= warning) + int(abs(size) >= critical)]

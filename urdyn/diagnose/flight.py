@@ -1,15 +1,14 @@
-"""A link that flies through the gap of its gear, while the motor keeps to its path.
+"""A link that flies through its gear's gap, while the motor keeps to its path.
 
-Where the load turns over at t0 the link is let go, and the other flank has it again at T, when
+Where the load reverses at t0 the link is released, and it meets the other flank at T, when
 
     integral u dt = 2 b,    u = integral load / M_jj dt        from t0 on
 
-Until then the current lacks the load; then the link strikes, and M_jj u of it come back at once.
-How the loop gives that back is not known, only about how long it takes. Nor is the instant: what
-is wrong with the load by a share of its friction turns it over some hundredths of a second early
-or late, so that each gap is weighed at several instants. The strike shakes the angles, and with
-them what the load is thought to be: shares of the load, of its slope and of its bend are
-uncertain, and nothing is taken for a gap that they explain.
+Until then the current lacks the load; then the link strikes, and an impulse M_jj u comes back. How
+the loop returns it is unknown, except roughly how long it takes. Nor is the instant known: an error
+of the load by a share of its friction shifts its reversal by some hundredths of a second, so each
+gap is weighed at several instants. The strike shakes the angles, and with them the estimated load:
+shares of the load, its slope and its curvature are uncertain, and what they explain is no gap.
 """
 
 from __future__ import annotations
@@ -25,26 +24,26 @@ from urdyn.diagnose.space import Space
 from urdyn.tracking.joint_motion import STANDING
 from urdyn.types import Array, Mask
 
-FLIGHTS = 2.5e-4 * np.sqrt(2.0) ** np.arange(10)  # [rad] half gaps that are looked for
-BRIEF, LONG = 0.03, 0.3  # [s] that flights last: accelerations tell no briefer, programs no longer
-STRIKES = (0.07, 0.03)  # [s] in which what was lacking comes back: one or the other
+FLIGHTS = 2.5e-4 * np.sqrt(2.0) ** np.arange(10)  # [rad] half gaps tested for
+BRIEF, LONG = 0.03, 0.3  # [s] of flights: accelerations resolve no briefer, programs no longer
+STRIKES = (0.07, 0.03)  # [s] in which the missing impulse comes back: one or the other
 STRIKE = max(STRIKES)
-LATE = 0.005  # [s] after the strike that it begins to, less what a window of accelerations is early
-MARGIN = 0.04  # [s] before a flight and after its end, that are judged with it
+LATE = 0.005  # [s] after the strike, less an acceleration window's lead, when it begins to
+MARGIN = 0.04  # [s] before a flight and after its end, judged with it
 # [s] that a reversal is late: two models of a real arm are up to .06 s apart, mostly .01 to .04.
 DELAYS = np.array([-0.06, -0.03, 0.0, 0.03, 0.06])
-PRIOR = -0.5 * (DELAYS / 0.04) ** 2  # log of it
+PRIOR = -0.5 * (DELAYS / 0.04) ** 2  # log of their probability
 PRIOR -= np.logaddexp.reduce(PRIOR)
 REACH = LONG + LATE + STRIKE + MARGIN + DELAYS.max()  # [s] after a reversal
-KNOWN = (0.3, 0.01, 1e-3)  # sd of the share of the load [-], its slope [s], its bend [s²]
-FREE = 1e3  # [A] and [A/s], sd of a level and a slope of which nothing is known
-TOGETHER = 0.01  # [s] of rows that count as one: the noise of their means is as if white
-ENOUGH, TORN = 10, 3.0  # rows; periods that one step may take
+KNOWN = (0.3, 0.01, 1e-3)  # sd of the share of the load [-], its slope [s], its curvature [s²]
+FREE = 1e3  # [A] and [A/s], sd of an unknown level and slope
+TOGETHER = 0.01  # [s] of rows that count as one: their means' noise is nearly white
+ENOUGH, TORN = 10, 3.0  # rows needed; periods that one step may take
 
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """Likelihood of each gap, were it one that the link flies through at a reversal."""
+    """Likelihood of each gap, if the link flies through it at a reversal."""
 
     space: Space
     period: float  # [s] between rows
@@ -58,7 +57,7 @@ class Flight:
             after: time since the reversal, (N,) [s].
             load: of joint j, (N,) [N·m].
             left: of its current by the model, (N,) [A].
-            tool: inertials that are carried, (10,).
+            tool: inertials carried, (10,).
         """
         nothing = np.zeros(len(FLIGHTS))
         start, stop = (int(i) for i in np.searchsorted(after, [-LONG, REACH]))
@@ -84,12 +83,12 @@ class Flight:
 
     @property
     def _many(self) -> int:
-        """Rows that count as one."""
+        """Number of rows that count as one."""
         return max(1, round(TOGETHER / self.period))
 
     @cached_property
     def _quiet(self) -> Array:
-        """sd of the noise of so many rows' means, (J,) [A]: a sensor that filters leaves more."""
+        """sd of the noise of `_many` rows' mean, (J,) [A]: more where a sensor filters."""
         rows = self.space.covariance(self._many - 1, self.period)
         share = np.full(self._many, 2.0) - 2.0 * np.arange(self._many) / self._many
         share[0] = 1.0
@@ -116,8 +115,8 @@ class Flight:
         """Log likelihood ratios of the gaps, and what they would be, (gaps,) [nats].
 
         Args:
-            after: time since the load turned over, (N,) [s].
-            load: towards the flank that the link flies to, (N,) [N·m].
+            after: time since the load reversed, (N,) [s].
+            load: toward the flank that the link flies to, (N,) [N·m].
             mass: inertia of the link [kg·m²].
             side: sign of that flank.
         """
@@ -137,11 +136,11 @@ class Flight:
         return llr, shown
 
     def _weigh(self, beside: Beside, after: Array, lacking: Array, T: float) -> tuple[float, float]:
-        """Log likelihood ratio of one gap, and what it would show [nats].
+        """Log likelihood ratio of one gap, and its expected value [nats].
 
         Args:
-            lacking: torque that the model does not know of, for each strike, (strikes, N) [N·m].
-            T: when the link arrives, after it was let go [s].
+            lacking: torque missing in the model, for each strike, (strikes, N) [N·m].
+            T: when the link arrives, after its release [s].
         """
         still = (after > 0.0) & ~(beside.speed > STANDING)  # then it is held by friction
         end = min(T + LATE + STRIKE + MARGIN, float(after[still].min(initial=np.inf)))
@@ -164,11 +163,11 @@ class Flight:
 
 @dataclass(frozen=True, eq=False)
 class Beside:
-    """What a joint's current has in it around a reversal, besides what a gap takes."""
+    """The content of a joint's current around a reversal, apart from a gap."""
 
-    left: Array  # (N,) [A] by the model
-    doubt: Array  # (N,) [A] sd of what nobody knows of the bristles
-    known: Array  # (N, 3) [A] sd of shares of the load, its slope and its bend
+    left: Array  # (N,) [A] residual
+    doubt: Array  # (N,) [A] sd of the bristles' unknown part
+    known: Array  # (N, 3) [A] sd of shares of the load, its slope and its curvature
     speed: Array  # (N,) [rad/s]
     finite: Mask  # (N,) all of it is known
     gain: float  # [N·m/A]
@@ -176,7 +175,7 @@ class Beside:
 
 
 def _told(r: Array, x: Array) -> tuple[float, float]:
-    """Log likelihood ratio of x in r beside white noise, and what a lesser share would show."""
+    """Log likelihood ratio of x in r against white noise, and its mean for a lesser share."""
     n = len(r) - 2.0  # the level and the slope are free
     power = _power(r - np.array([0.0, *SHARES])[:, None] * x)
     each = _likelihood(power, n)
@@ -186,18 +185,18 @@ def _told(r: Array, x: Array) -> tuple[float, float]:
 
 
 def _mean(llr: Array) -> Array:
-    """Of likelihood ratios by their logarithms, over the first axis."""
+    """Log of the mean of likelihood ratios given by logarithms, over the first axis."""
     return np.asarray(np.logaddexp.reduce(llr) - np.log(len(llr)))
 
 
 def _means(rows: Array, many: int) -> Array:
-    """Of so many rows each, (N // many, ...): what few rows have in common is no news in each."""
+    """Means of `many` rows each, (N // many, ...): noise that rows share is not counted in each."""
     whole = len(rows) // many
     return np.asarray(rows[: whole * many].reshape(whole, many, -1).mean(axis=1))
 
 
 def _whitened(N: Array, *rows: Array) -> Array:
-    """What is white of rows of white noise and of causes with columns N, sd 1: I + N N'."""
+    """Rows whitened, whose covariance is I + N N': white noise and causes with columns N, sd 1."""
     U, d, _ = np.linalg.svd(N, full_matrices=False)
     y = np.array(rows)
     return np.asarray(y - (y @ U * (1.0 - 1.0 / np.hypot(1.0, d))) @ U.T)
@@ -208,7 +207,7 @@ def _power(r: Array) -> Array:
 
 
 def _likelihood(power: Array, n: float) -> Array:
-    """Log of it, where noise is at least as loud as usual, and otherwise as loud as it is."""
+    """Log-likelihood with the noise variance fitted, but no less than usual."""
     louder = np.maximum(1.0, power / n)
     return np.asarray(-0.5 * power / louder - 0.5 * n * np.log(louder))
 
@@ -220,9 +219,9 @@ def _firm(after: Array, load: Array) -> bool:
 
 
 def _arrived(after: Array, load: Array) -> float:
-    """How far the link has come since the load last turned over before this, times M [kg·m²·rad].
+    """The link's travel since the load's previous reversal, times M [kg·m²·rad].
 
-    Where that is less than a gap the link is on no flank, and nobody knows where.
+    Where that is less than a gap the link is on no flank, but somewhere unknown.
     """
     since = len(load) - int(np.argmax((load <= 0.0)[::-1])) if (load <= 0.0).any() else 0
     dt = np.diff(after[since:], append=0.0)
@@ -230,14 +229,14 @@ def _arrived(after: Array, load: Array) -> float:
 
 
 def _flown(after: Array, load: Array) -> tuple[Array, Array]:
-    """Velocity and way of a link that was let go at 0, (N,), both times its mass."""
+    """Velocity and travel of a link released at 0, (N,), both times its inertia."""
     dt = np.diff(np.maximum(after, 0.0), prepend=0.0)
     u = np.cumsum(load * dt)
     return u, np.cumsum(u * dt)
 
 
 def _strike(after: Array, lasting: float) -> Array:
-    """How an impulse of one comes back within so long [s], (N,) [1/s]."""
+    """Return of a unit impulse within `lasting` [s], (N,) [1/s]."""
     z = (after - LATE) / lasting + 0.5
     inside = (z > 0.0) & (z < 1.0)
     return np.where(inside, 2.0 / lasting * np.sin(np.pi * z) ** 2, 0.0)

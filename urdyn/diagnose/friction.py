@@ -1,11 +1,11 @@
-"""How much more friction a joint has: the torque that all its terms take, not one term's.
+"""How much more friction a joint has: the torque of all its terms, not one.
 
-What a fault adds is measured where the arm moved; which term it is in, f, alpha or beta, is known
-far less well, and of a term that fades with speed not at all. So a change is read as
+A fault's addition is measured where the arm moved; which term it is in, f, alpha or beta, is known
+far less well, and for a term that fades with speed not at all. So a change is read as
 
     size = F / F_before - 1,    F = mean of (f + g exp(-|v|/v_s) + beta |tau_load| + alpha |v|)
 
-over the samples that slide, each weighed by what it tells.
+over the samples that slide, each weighted by its information.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from urdyn.model.friction import fading
 from urdyn.types import Array
 
 TERMS = ("f", "alpha", "beta")  # states of a joint that are friction
-NAMES = ("coulomb", "viscous")  # of those that faults of friction are in
-LEAST = 0.1  # [-] of the commissioned friction that a joint had at least before it got worse
+NAMES = ("coulomb", "viscous")  # of those that friction faults change
+LEAST = 0.1  # [-] least friction that a joint had before it got worse, of the commissioned one
 
 Belief = tuple[Array, Array]  # mean (3,) and covariance (3, 3) of TERMS of a joint
 
 
 def lost(means: Means, drive: Drive) -> Array:
-    """What friction of the commissioned arm took along the motion, by TERMS and all, (4, J) [1/A].
+    """Commissioned friction along the motion, by TERMS and in total, (4, J) [1/A].
 
-    Sums over rows, by their weights.
+    Weighted sums over rows.
     """
     own = means.drive[:, [OWN.index(name) for name in TERMS]]
     along = np.sign(own[:, :1]) * own
@@ -41,7 +41,7 @@ def lost(means: Means, drive: Drive) -> Array:
 
 
 def share(blocks: Iterable[Array | float], joint: int) -> Array | None:
-    """Of each of TERMS in all friction of a joint, (3,) [-]; None where nothing slid.
+    """Share of each of TERMS in all friction of a joint, (3,) [-]; None where nothing slid.
 
     Args:
         blocks: `lost` in each of them.
@@ -54,8 +54,8 @@ def share(blocks: Iterable[Array | float], joint: int) -> Array | None:
 def rise(of: Array, now: Belief, before: Belief, first: Array, day: float) -> tuple[float, float]:
     """How much more friction there is than before, and its sd [-].
 
-    What is not known of each term, as f and alpha make up for each other, is more than of them all:
-    on the first day that is known to `day`, or to as much as was seen to be off.
+    Each term is less certain than their sum, as f and alpha trade off: on the first day the sum is
+    known to `day`, or to as much as it was seen to be off.
 
     Args:
         of: share of each of TERMS in all friction, (3,) [-].
@@ -63,7 +63,7 @@ def rise(of: Array, now: Belief, before: Belief, first: Array, day: float) -> tu
         day: sd of all friction from day to day [-].
     """
     off, var, usual = float(of @ before[0]), float(of @ before[1] @ of), float(of @ first @ of)
-    seen = max(1.0 / var - 1.0 / usual, 0.0)  # by what this run has told until then
+    seen = max(1.0 / var - 1.0 / usual, 0.0)  # by what this run had shown by then
     known = 1.0 / (seen + max(day, abs(off)) ** -2.0)
     was = max(1.0 + off * known / var, LEAST)
     times = (1.0 + float(of @ now[0])) / was
@@ -71,7 +71,7 @@ def rise(of: Array, now: Belief, before: Belief, first: Array, day: float) -> tu
 
 
 def apart(now: Belief, before: Belief, first: Array) -> dict[str, dict[str, float]]:
-    """How much more there is of each of NAMES, likewise; known less well than of all friction."""
+    """How much more there is of each of NAMES, likewise; less certain than for all friction."""
     day = np.sqrt(np.diag(first))
     told = (rise(of, now, before, first, sd) for of, sd in zip(np.eye(len(day)), day, strict=True))
     return {name: {"size": size, "sd": sd} for name, (size, sd) in zip(NAMES, told, strict=False)}

@@ -1,6 +1,6 @@
-"""The healthy arm of a bank: what is believed of it on its first day, and how far it strays.
+"""The healthy arm of a bank: the belief on its first day, and how far it strays.
 
-Its states are those of the space, and behind them what nobody knows of warmth.
+Its states are those of the space, followed by the unknowns of warmth.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from urdyn.diagnose.space import Space
 from urdyn.diagnose.suspects import Suspects
 from urdyn.types import Array
 
-PER_HOUR = 60.0  # [√s] in an hour: a walk goes as far as the root of the time
-GROWTH = 150.0  # [s] in which a known fault may change by as much as it was expected to
-UNSTEADY = ("f", "alpha", "beta")  # whose windows are steadier where friction is
+PER_HOUR = 60.0  # [√s] in an hour: a walk grows with the root of time
+GROWTH = 150.0  # [s] in which a known fault may change by its expected size
+UNSTEADY = ("f", "alpha", "beta")  # whose windows are narrower where friction is steady
 
 
 @dataclass(frozen=True, eq=False)
 class Healthy:
-    """Belief in the healthy arm on its first day, and how far it strays from block to block."""
+    """Belief about the healthy arm on its first day, and how far it strays from block to block."""
 
     space: Space
     rules: Rules
@@ -47,7 +47,7 @@ class Healthy:
         return self.emptied(np.zeros(self.size), P)
 
     def emptied(self, x: Array, P: Array) -> tuple[Array, Array]:
-        """Carrying what it carries as a rule."""
+        """The belief with the usual load."""
         x, P, at = x.copy(), P.copy(), self.space.payload
         x[at] = 0.0
         P[at] = P[:, at] = 0.0
@@ -64,11 +64,11 @@ class Healthy:
         return Straying(walk, window)
 
     def window(self, share: Array, level: Array) -> Array:
-        """How far windows stray of an arm whose joints are steadier than the rules, (n,).
+        """How far windows stray for an arm whose joints are steadier than the rules, (n,).
 
         Args:
             share: of the rules' windows of friction, (J,) [-].
-            level: sd that noise which lasts puts into offsets, (J,) [N·m].
+            level: sd that low-frequency noise puts into offsets, (J,) [N·m].
         """
         window = self.straying.window[: self.space.size].copy()
         for state in UNSTEADY:
@@ -78,17 +78,17 @@ class Healthy:
         return window
 
     def blind(self, warm: Array) -> Array:
-        """How friction strays besides where nobody measures how warm joints are, (N,) [1/√s].
+        """How much more friction strays where joint temperatures are not measured, (N,) [1/√s].
 
         Args:
-            warm: as `warmth.unknowns` has it, (3, J).
+            warm: as `warmth.unknowns` takes it, (3, J).
         """
         walk = np.zeros(self.size)
         walk[self.space.places["alpha"]] = np.isnan(warm[0]) * self.rules.warmth["blind"] / PER_HOUR
         return walk
 
     def loosened(self, known: Sequence[Fault], share: Array) -> Straying:
-        """How far it strays when some faults are known: those go where they want to.
+        """How far it strays when some faults are known, which go on freely.
 
         Args:
             share: of the rules' windows of friction, (J,) [-].
@@ -102,14 +102,14 @@ class Healthy:
         return Straying(walk, window)
 
     def opened(self, P: Array, known: Sequence[Fault], t: float) -> Array:
-        """A covariance at `t` [s] with nothing known of the sizes of faults that began before."""
+        """A covariance at `t` [s] with unknown sizes of the faults that began before."""
         return np.asarray(P + np.diag(self._free(f for f in known if f.onset_lo < t)))
 
     def leaping(self, block: Block, known: Sequence[Fault]) -> Block:
-        """A block at whose begin known faults may have begun, of which it tells anything at all.
+        """A block at whose begin those known faults may have begun that it has information on.
 
-        One that a fault divides says nothing: no state explains both its parts, and those that
-        come nearest (a rotor, an offset) would be off for good.
+        One that a fault divides is left out: no state explains both its parts, and the nearest (a
+        rotor, an offset) would stay wrong.
         """
         seen = block.A.diagonal() > 0.0
         var = self._free(fault for fault in known if fault.began_in(block))
@@ -117,7 +117,7 @@ class Healthy:
         return replace(block, A=whole * block.A, b=whole * block.b, leap=np.sqrt(seen * var))
 
     def _free(self, faults: Iterable[Fault]) -> Array:
-        """Variance of what these may have done, (N,)."""
+        """Variance of these faults' effects, (N,)."""
         var = np.zeros(self.size)
         for fault in faults:
             suspect = self.of.each[fault.suspect]
@@ -125,7 +125,7 @@ class Healthy:
         return var
 
     def informed(self, bank: Bank, later: Bank, known: Sequence[Fault]) -> Bank:
-        """A bank with what is known later of the states that faults have changed since."""
+        """A bank with the later belief about the states that faults have changed since."""
         if not known:
             return bank
         each = [self.of.states[self.of.each[fault.suspect].places] for fault in known]
@@ -137,5 +137,5 @@ class Healthy:
         return replace(bank, x=x, P=P)
 
     def now(self, bank: Bank, warm: Array) -> tuple[Array, Array]:
-        """What is believed of the states of the space while joints are so warm (3, J)."""
+        """The belief about the states of the space at joint temperatures `warm` (3, J)."""
         return warmth.narrowed(bank.x, bank.P, warmth.unknowns(self.space, warm))

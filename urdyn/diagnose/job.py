@@ -1,4 +1,4 @@
-"""What is to be diagnosed, and where; as words, too, for a process of its own."""
+"""What is to be diagnosed, and where; also as plain data for another process."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ KEPT = "diagnosis-{index}.npz"
 
 @dataclass(frozen=True)
 class Job:
-    """A run that somebody looks on at."""
+    """A run that is diagnosed while it is tracked."""
 
     fit: Fit
     period: float  # [s] between rows
     rules: Rules
     folder: Path
-    index: int  # of the first sample; above 0, what was kept there is gone on from
+    index: int  # of the first sample; above 0 it resumes from what was kept there
     identity: Mapping[str, str]
     source: Mapping[str, str]
 
     def plain(self) -> dict[str, Any]:
-        """In numbers and words, but for the fit; `job_of` reads it."""
+        """As numbers and words, without the fit; `job_of` reads it."""
         return {
             "period": self.period,
             "rules": asdict(self.rules),
@@ -40,7 +40,7 @@ class Job:
 
 
 def job_of(fit: Fit, plain: Mapping[str, Any]) -> Job:
-    """The job that `Job.plain` tells of."""
+    """The job from its `Job.plain`."""
     told = plain["rules"]
     slow = tuple(SlowKind(**of | {"shapes": tuple(of["shapes"])}) for of in told["slow"])
     parts = {"noise": Noise(**told["noise"]), "slow": slow, "costs": Costs(**told["costs"])}

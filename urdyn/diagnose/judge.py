@@ -1,4 +1,4 @@
-"""Whether the bank has seen a change, which, and what is known once it is found."""
+"""Whether the bank shows a change, which, and what is known once it is found."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from urdyn.diagnose.slow_state import SlowState
 from urdyn.diagnose.suspects import Suspects
 from urdyn.types import Array
 
-OLDER = 1.0 / 3.0  # [-] of a shift's blocks, that the time before it counts for
-NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
-UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
-FAINT = 0.5  # [-] of the size from which on a change is told, below which nothing is left either
-SURELY = 2.5  # [sd] below what it was told as, at which later blocks have taken it back
-LIKELY = 7.0  # [nats] beyond a healthy arm's, from which on a change is no noise and no load
-FRESH = 60.0  # [s] since its onset; and since its alarm, while one that was none is not told again
-BACK = 40.0  # [s] since its alarm, while a change may be taken back
+OLDER = 1.0 / 3.0  # [-] of a shift's blocks that the time before it counts as
+NEAR = 10.0  # [nats] below an alarm, within which a suspect is a rival
+UNSURE = 2.0  # [sd] below which nothing is left of a change beside another finding
+FAINT = 0.5  # [-] of the least size reported, below which nothing is left either
+SURELY = 2.5  # [sd] below its reported size, at which later blocks retract it
+LIKELY = 7.0  # [nats] beyond a healthy arm's, from which a change is no noise and no load
+FRESH = 60.0  # [s] since its onset; since its alarm, while a retracted one is not repeated
+BACK = 40.0  # [s] since its alarm, while a change may be retracted
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,37 +39,37 @@ class Judge:
     healthy: Healthy
     of: Suspects
     promised: float  # blocks to a false alarm
-    shift: float  # blocks that a run counts for
+    shift: float  # blocks that a run counts as
 
     @cached_property
     def E(self) -> Array:
-        """Directions of everything that is looked for, (N, p)."""
+        """Directions of all suspects, (N, p)."""
         return self.of.directions(self.healthy.size)
 
     def straying(self, state: SlowState) -> Straying:
-        """How far the arm strays that is known by now."""
+        """How far the arm strays, given the known faults."""
         return self.healthy.loosened(state.known, state.learnt.steadiness.share)
 
     @cached_property
     def extent(self) -> Extent:
-        """How far changes that were found have gone."""
+        """How far the changes found have gone."""
         return Extent(self.healthy, self.of)
 
     def judged(self, state: SlowState) -> SlowState:
-        """After a block; `found` are the changes that it settles, but for those that are none."""
+        """State after a block; `found` are the changes that it settles, without those retracted."""
         return self._explained(self._alarmed(self._explained(state)))
 
     def concluded(self, state: SlowState) -> SlowState:
-        """At the end of a recording: an alarm that waits for a clearer name has the one it has.
+        """At the end of a recording: an alarm that waits for a clearer name keeps the one it has.
 
-        What it is of may have been taken back since, with all blocks.
+        Given all blocks, its change may have been retracted since.
         """
         if not (state.waited and len(state.bank.onset)):
             return state
         return self._explained(self._alarmed(state, last=True))
 
     def _alarmed(self, state: SlowState, last: bool = False) -> SlowState:
-        """Is there an alarm, and is it clear of what, or never will be?"""
+        """Accept an alarm, if there is one whose name is clear or has waited long enough."""
         ratio = ratios(state.bank, self.of)
         state = replace(state, likely=self._likely(state.bank, gathered(state.bank, ratio)))
         evidence = gathered(state.bank, ratio, OLDER * self.shift)
@@ -81,13 +81,13 @@ class Judge:
         return self._accepted(state, alarm, last) if ripe(state.bank, state.waited) else state
 
     def _candidates(self, state: SlowState, evidence: Array) -> dict[int, Explanation]:
-        """Suspects that an alarm may be of, and how each would explain it; {}: there is none.
+        """Suspects that an alarm may be of, and each one's explanation; {}: no alarm.
 
         Args:
-            evidence: of every suspect, (h,) [nats].
+            evidence: of each suspect, (h,) [nats].
         """
         asked = self._asked(state)
-        # A healthy arm's sums begin at what came before counts for, and grow by one a block.
+        # A healthy arm's sums begin at what earlier time counts as, and grow by one per block.
         enough = np.log((1.0 + OLDER) * self.promised * len(asked))
         if logsumexp(evidence[asked]) < enough:
             return {}
@@ -97,15 +97,15 @@ class Judge:
         return told if told and not logsumexp(evidence[list(told)]) < enough else {}
 
     def _asked(self, state: SlowState) -> list[int]:
-        """Suspects that are not known, nor a part of what is, nor just found to be none."""
+        """Suspects that are not known faults, nor part of one, nor just retracted."""
         fresh = (f for f in state.passed if state.bank.t - f.alarm < FRESH)
         told = {fault.suspect for fault in (*state.known, *fresh)}
         return [k for k in range(len(self.of.each)) if k not in told and not self._within(state, k)]
 
     def shares(self, state: SlowState, recall: Recall) -> tuple[float, ...]:
-        """How far each suspect explains these blocks better than the others do, (h,) [-].
+        """Each suspect's share in the evidence of these blocks, (h,) [-].
 
-        Nothing, where they are what the bank has seen anyway.
+        Empty where they are the blocks that the bank has seen anyway.
         """
         if recall.blocks == state.recall.blocks:
             return ()
@@ -115,19 +115,19 @@ class Judge:
         return tuple(np.exp(evidence - logsumexp(evidence)).tolist())
 
     def _likely(self, bank: Bank, evidence: Array) -> int | None:
-        """The change that most likely has just happened; None where none did.
+        """The likeliest change that has just happened; None where none did.
 
-        What is wrong since long ago, by little, may as well be the model.
+        What has long been slightly wrong may as well be the model.
         """
         best = int(np.argmax(evidence))
-        # The evidence of an arm that nothing is wrong with is about as much as there are onsets.
+        # The evidence of a healthy arm is about the number of onsets.
         if evidence[best] - np.log(bank.weight.sum()) < LIKELY:
             return None
         fresh = bank.t - explanation(bank, self.of.each[best]).onset < FRESH
         return best if fresh else None
 
     def _accepted(self, state: SlowState, alarm: Alarm, last: bool) -> SlowState:
-        """With the change that an alarm is of, and what else there is beside it."""
+        """With the change of an alarm, and any others beside it."""
         suspect = alarm.told.suspect
         if suspect.kind.of_tool:
             return self._loaded(state, alarm)
@@ -137,32 +137,32 @@ class Judge:
         fault = self.extent.with_before(after, known_by(change), rest)
         after = self.knowing(after, (*rest, fault))
         again = any(f.suspect == alarm.suspect for f in state.passed)
-        if again and self._nothing(after.bank, fault):  # it is still what it was taken back from
+        if again and self._nothing(after.bank, fault):  # it is still what was retracted
             return replace(state, passed=_latest(state.passed, (fault,)), waited=0)
         return self._alarmed(after, last)
 
     def _loaded(self, state: SlowState, alarm: Alarm) -> SlowState:
-        """With a change of what is carried."""
-        # Of an arm that is followed as healthy only a part of it is known by then.
+        """With a change of the payload."""
+        # An arm tracked as healthy has absorbed only a part of it by then.
         more = supposed(state.bank, alarm.told.suspect, self.E).x[self.healthy.space.payload]
         inertials = (state.carrying.modes[0].mean + more)[: len(PAYLOAD_STATES)]
         found = (*state.found, alarm.change(tuple(inertials.tolist())))
         return self._settled_on(replace(state, found=found, waited=0), more)
 
     def _within(self, state: SlowState, k: int) -> bool:
-        """Whether a fault that is known has changed all that this suspect would, and more."""
+        """Whether a known fault has changed all that this suspect would, and more."""
         return any(self.of.each[k].part_of(self.of.each[f.suspect]) for f in state.known)
 
     def knowing(self, state: SlowState, known: tuple[Fault, ...]) -> SlowState:
-        """With these suspects found, and the bank as it is in their light."""
+        """With these suspects found, and the bank recomputed given them."""
         state = replace(state, known=known)
         bank = state.recall.again(self.healthy, known, self.straying(state), self.E)
         return replace(state, bank=bank)
 
     def _explained(self, state: SlowState) -> SlowState:
-        """Without what was found and is no fault, as other findings or later blocks have it."""
+        """Without findings that other findings or later blocks show to be no faults."""
         bank, known = state.bank, state.known
-        # What others have left nothing of was their shadow; one of them is there all the same.
+        # A change of which others leave nothing was their shadow; but one of them is real.
         left = tuple(f for f in known if not self._nothing(bank, f)) or known
         back = tuple(f for f in left if self._taken_back(bank, f))
         left = tuple(f for f in left if f not in back)
@@ -170,47 +170,47 @@ class Judge:
         return state if left == known else self.knowing(state, left)
 
     def _nothing(self, bank: Bank, fault: Fault) -> bool:
-        """Whether a change that was found may as well be none, or of another kind, by now.
+        """Whether a found change may by now as well be none, or of another kind.
 
-        Of a size that is not told it is none, either.
+        Below the least size reported it is none, either.
         """
         (size, sd), suspect = self._now(bank, fault), self.of.each[fault.suspect]
         return size < max(UNSURE * sd, FAINT * suspect.kind.least * suspect.unit)
 
     def _taken_back(self, bank: Bank, fault: Fault) -> bool:
-        """Whether so little is left of it so soon that it was none, and surely not what was told.
+        """Whether so little is left so soon that it was none, and surely not the reported size.
 
-        A piece in the tool that nobody knew of looks like friction for a block. What has lasted
-        was there, wherever it went.
+        An unknown piece in the tool looks like friction for a block. A change that has lasted was
+        real, wherever it went.
         """
         size, sd = self._now(bank, fault)
         soon = bank.t - fault.alarm < BACK
         return soon and self._nothing(bank, fault) and size + SURELY * sd < abs(fault.size)
 
     def _now(self, bank: Bank, fault: Fault) -> tuple[float, float]:
-        """Size of a change the way that its kind goes, and its sd."""
+        """Size of a change, positive in its kind's direction, and its sd."""
         at, sign = self.extent.measured(fault.suspect), self.of.each[fault.suspect].kind.sign
         size = sign * bank.x[at] if sign else abs(bank.x[at])
         return float(size), bank.sd(at)
 
     def _settled_on(self, state: SlowState, more: Array) -> SlowState:
-        """Take what is carried as what is carried as a rule; all else is known as it was."""
+        """Take the present load as the usual one; keep all other beliefs."""
         first, *others = state.carrying.modes
         modes = (replace(first, mean=first.mean + more), *others)
         return self.afresh(replace(state, carrying=replace(state.carrying, modes=modes)))
 
     def afresh(self, state: SlowState) -> SlowState:
-        """Look for changes from here on, of an arm that carries what it carries now."""
+        """Look for changes from here on, given the present load."""
         t, (x, P) = state.bank.t, self.healthy.emptied(state.bank.x, state.bank.P)
         bank = onsets.first(x, P, self.E.shape[1], t, state.bank.middle)
         recall = Recall(t, x, P)
         return replace(state, bank=bank, recall=recall, before=(bank, recall))
 
     def relieved(self, state: SlowState, more: Array) -> SlowState:
-        """Look for changes of a load that is another from here on; of joints as before.
+        """Look for changes of a new load from here on; of joints as before.
 
         Args:
-            more: inertials by which it is, (10,).
+            more: inertials by which it differs, (10,).
         """
         payload = self.healthy.space.payload
         off = np.zeros(self.healthy.size)
@@ -223,19 +223,19 @@ class Judge:
         return replace(state, bank=bank, gathering=gathering, recall=recall, before=(bank, recall))
 
     def supposed(self, state: SlowState) -> Bank:
-        """The bank with its arm as it is if what explains it best is there."""
+        """The bank with its arm changed by the likeliest change."""
         if state.likely is None or not len(state.bank.onset):
             return state.bank
         return supposed(state.bank, self.of.each[state.likely], self.E)
 
 
 def _latest(faults: Iterable[Fault], more: Iterable[Fault]) -> tuple[Fault, ...]:
-    """The last one of each suspect."""
+    """The latest fault of each suspect."""
     return tuple({fault.suspect: fault for fault in (*faults, *more)}.values())
 
 
 def _shadow(one: Explanation, told: Iterable[Explanation]) -> bool:
-    """Whether a change of the same joint that is too small to be told explains more than this."""
+    """Whether a change of the same joint that is too small to report explains more than this."""
     return any(
         other.evidence > one.evidence and not other.large
         for other in told

@@ -1,7 +1,7 @@
-"""Whether a line of a spectrum is one that rings: it stands out, alone, and lasts.
+"""Whether a spectral line is a loop that rings: it stands out, alone, and lasts.
 
-An amplitude's course is told in quarters of a window. What a brake or a passing motion makes fades,
-begins late or loses its phase.
+The amplitude's course is judged in quarters of a window. A line from a brake or a passing motion
+fades, begins late or loses its phase.
 """
 
 from __future__ import annotations
@@ -10,19 +10,19 @@ import numpy as np
 
 from urdyn.types import Array
 
-# Other lines, [-] times their neighbours: a motion repeats itself, no loop rings. Of more bins than
-# these more are that loud by chance, as many as of so few that are louder by this power of them.
+# So many other lines, [-] times their neighbours: a motion repeats itself, no loop rings. The
+# factor is for this many bins, and rises with their number by this power, as chance lines do.
 CROWD, BINS, BY_CHANCE = (3, 7.0), 50, 0.3
-STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each quarter
-RISES = 0.2  # [-] of its last amplitude that one that grows has at first
+STAYS = 0.5  # [-] of its largest amplitude that a line must have in each quarter
+RISES = 0.2  # [-] of its last amplitude that a growing line has at first
 FADED = 0.85  # [-] of its amplitude that a line has to keep
-COHERENT = 0.8  # [-] of its amplitude that is left over the whole: it keeps its phase
+COHERENT = 0.8  # [-] of its amplitude left in the whole window: it keeps its phase
 
 
 def peaks(ratio: Array, threshold: float) -> list[int]:
-    """Bins (F,) that stand out of those beside them and so far, the clearest first.
+    """Bins of (F,) that exceed their neighbours and the threshold, the clearest first.
 
-    The clearest may be a gear's, or what a brake makes: another beside it may last.
+    The clearest may come from a gear or a brake, while another lasts.
     """
     before, after = np.pad(ratio, (1, 0))[:-1], np.pad(ratio, (0, 1))[1:]
     there = np.flatnonzero((ratio >= before) & (ratio > after) & (ratio >= threshold))
@@ -31,7 +31,7 @@ def peaks(ratio: Array, threshold: float) -> list[int]:
 
 
 def others(ratio: Array, at: float) -> int:
-    """Lines (F,) that stand out beside the one at this bin, and are none of its multiples."""
+    """Number of lines of (F,) that stand out, apart from the one at this bin and its multiples."""
     inner = ratio[1:-1]
     loud = CROWD[1] * (len(ratio) / BINS) ** BY_CHANCE
     peak = (inner > loud) & (inner >= ratio[:-2]) & (inner > ratio[2:])
@@ -41,7 +41,7 @@ def others(ratio: Array, at: float) -> int:
 
 
 def lasts(sizes: Array, whole: float, noise: float) -> bool:
-    """A line that neither fades nor was only passing, and keeps its phase.
+    """Whether a line neither fades nor was only passing, and keeps its phase.
 
     Args:
         noise: sd of an amplitude by quarter; that of the whole is half of it.
@@ -53,5 +53,5 @@ def lasts(sizes: Array, whole: float, noise: float) -> bool:
 
 
 def _began(sizes: Array) -> bool:
-    """Whether a line is there from the first quarter on: a brake that begins later makes one."""
+    """Whether a line exists from the first quarter on: a brake's may begin later."""
     return bool(sizes[0] > RISES * sizes[-1])

@@ -1,4 +1,4 @@
-"""What is learnt of a healthy arm at work: how loud its residual is, and how steady it is."""
+"""Learning a healthy arm at work: how loud its residual is, and how steady the arm is."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from urdyn.diagnose.space import Space
 from urdyn.diagnose.steadiness import Steadiness
 from urdyn.types import Array
 
-QUICK = 0.25  # [-] of noise that lasts, that what turns over with the motion is believed to take
+QUICK = 0.25  # [-] prior share of low-frequency noise in terms that reverse with the motion
 
 
 @dataclass(frozen=True, eq=False)
 class Learnt:
-    """So far."""
+    """Learnt so far."""
 
-    loudness: Loudness  # of what turns over with the motion
-    level: Loudness  # of what does not
+    loudness: Loudness  # of terms that reverse with the motion
+    level: Loudness  # of terms that do not
     steadiness: Steadiness
 
 
 @dataclass(frozen=True, eq=False)
 class Learning:
-    """Learns from blocks how loud a healthy arm's noise is, and how steady the arm."""
+    """Learns from blocks how loud a healthy arm's noise is, and how steady the arm is."""
 
     space: Space
     healthy: Healthy
@@ -46,7 +46,7 @@ class Learning:
         """After a block.
 
         Args:
-            A, b: what it says, (n, n) and (n,).
+            A, b: its information, (n, n) and (n,).
             belief: mean (n,) and covariance (n, n) of the states before it.
             window: how far they stray from window to window, (n,).
         """
@@ -63,10 +63,10 @@ class Learning:
         )
 
     def window(self, learnt: Learnt, A: Array) -> Array:
-        """How far some rows stray for reasons of their own, (n,).
+        """How far the states stray within a block, (n,).
 
         Args:
-            A: what they say, (n, n).
+            A: its information, (n, n).
         """
         information, quick = np.diag(A)[self.space.places["o"]], learnt.loudness.power
         known = information > 0.0
@@ -93,7 +93,7 @@ class Learning:
 
 
 def _told(A: Array, b: Array, x: Array, P: Array) -> tuple[Array, Array]:
-    """What a block says of a shift of each state alone: how far, and its variance, (n,)."""
+    """A block's estimate of a shift of each state alone, and its variance, (n,)."""
     keep = np.linalg.inv(np.eye(len(P)) + A @ P)
     C, d = np.diag(keep @ A), keep @ (b - A @ x)
     C = np.where(C > 0.0, C, np.nan)

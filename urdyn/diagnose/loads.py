@@ -1,4 +1,4 @@
-"""Whose load a moment was: that of a mode that is known, or of a new one."""
+"""Which load a moment belongs to: that of a known mode, or of a new one."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from urdyn.diagnose.suspects import Suspects
 from urdyn.types import Array
 
 DELAY = 4  # moments that one waits
-Believed = Callable[[Waiting], Belief]  # in that moment, which strays for reasons of its own
-# [nats] in the moments that wait: a piece as clear as this would have been found by them already.
+Believed = Callable[[Waiting], Belief]  # in that moment, which strays in its own way
+# [nats] in the waiting moments: a piece as clear as this would already have been found in them.
 HEAVY = 44.0
-MARGIN = 10.0  # [nats] by which a payload has to explain moments better than any fault of a joint
+MARGIN = 10.0  # [nats] by which a payload must explain moments better than any fault of a joint
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,13 +34,13 @@ class Loads:
 
     @cached_property
     def beside(self) -> Beside:
-        """What moments say."""
+        """The information in moments."""
         return Beside(self.space)
 
     def carried(
         self, carrying: Carrying, believed: Believed, moments: tuple[Waiting, ...]
     ) -> tuple[Carrying, tuple[Waiting, ...]]:
-        """Whose loads these moments were: the likeliest path through modes, or a new one."""
+        """The loads of these moments: the likeliest path through modes, or a new one."""
         modes = carrying.modes
         fits = np.array([[_fit(w, m) for m in modes] for w in moments])
         score, path = likeliest(fits, carrying.was)
@@ -59,16 +59,16 @@ class Loads:
     def _new(
         self, moments: tuple[Waiting, ...], known: Array, believed: Believed, modes: Sequence[Mode]
     ) -> tuple[int, Mode, tuple[Waiting, ...]] | None:
-        """The load that explains moments better than what is known and any fault of a joint.
+        """The load that explains moments better than the known ones and any fault of a joint.
 
         It begins where it explains most.
 
         Args:
-            known: how well modes explain the moments from each one on, (N,) [nats].
-            modes: those that do, moment by moment.
+            known: how well modes explain all moments from each one on, (N,) [nats].
+            modes: these modes, moment by moment.
 
         Returns:
-            The first of its moments, the load, and the moments from there on with what they say
+            The first of its moments, the load, and the moments from there on with their information
             near it; None where there is none.
         """
         starts = range(len(moments))
@@ -87,7 +87,7 @@ class Loads:
     def _begun(
         self, moments: tuple[Waiting, ...], mode: Mode, believed: Believed
     ) -> tuple[float, Mode, tuple[Waiting, ...]]:
-        """The load of all these moments, and how well it explains them as they are near it."""
+        """The load of all these moments, and how well it explains them, linearised near it."""
         guess = _anything(moments, mode)[1].mean
         told = (self.beside.shown(w, believed(w), guess) for w in moments)
         near = tuple(replace(w, told=(*w.told, t)) for w, t in zip(moments, told, strict=True))
@@ -96,9 +96,9 @@ class Loads:
     def ripened(
         self, carrying: Carrying, ripe: Waiting, before: Belief
     ) -> tuple[Carrying, Pool | None]:
-        """The first moment that waits is told for good, and what it says of the arm.
+        """Settle the first waiting moment, and give its information about the arm.
 
-        Nothing where a piece may have been taken or put down meanwhile.
+        None where a piece may have been taken or put down meanwhile.
 
         Args:
             before: belief before this program.
@@ -123,9 +123,9 @@ class Loads:
         )
 
     def noticed(self, carrying: Carrying, t: float, rival: float) -> Carrying | None:
-        """With a piece that no moment told, but many do; None where there is none.
+        """With a piece that no single moment shows, but many do; None where there is none.
 
-        It need not explain them better than a fault of a joint: pieces there are every day.
+        It need not beat a fault of a joint by a margin: pieces are common.
 
         Args:
             rival: evidence of the best fault of a joint [nats].
@@ -143,10 +143,10 @@ class Loads:
     def _of_joints(
         self, believed: Believed, moments: Sequence[Waiting], modes: Sequence[Mode]
     ) -> Array:
-        """How well a fault of a joint explains moments, beside the healthy arm, (N,) [nats].
+        """How well a fault of a joint explains moments, against the healthy arm, (N,) [nats].
 
-        The best fault that began with each moment or later. As those of a load, each moment stands
-        for itself: the arm may stray anew in every one.
+        The best fault that began with each moment or later. As for loads, moments are
+        independent: the arm may stray anew in each.
         """
         at, E = self.space.payload, self.of.directions(self.space.size)
         C, d = np.zeros((E.shape[1], E.shape[1])), np.zeros(E.shape[1])
@@ -163,9 +163,9 @@ class Loads:
         return np.asarray(np.maximum.accumulate(best)[::-1])
 
     def hidden(self, A: Array, belief: Belief) -> Array:
-        """How far what is carried strays by pieces that come and go unseen, sd (n,).
+        """How far undetected pieces that come and go make the load stray, sd (n,).
 
-        A piece is seen where the moments that wait tell it by SURE + MARGIN; a lighter one is in
+        A piece is detected where the waiting moments show it by SURE + MARGIN; a lighter one is in
         the gripper half of the time, which puts half of it on every program and block.
 
         Args:
@@ -179,12 +179,12 @@ class Loads:
 
 
 def _fit(moment: Waiting, mode: Mode) -> float:
-    """Log of the likelihood of a moment under a mode, but for what all modes share."""
+    """Log-likelihood of a moment under a mode, up to a constant."""
     return carried.fit(carried.nearest(moment.told, mode.mean), carried.spread(mode))
 
 
 def _anything(moments: Sequence[Waiting], mode: Mode) -> tuple[float, Mode]:
-    """How well a load of which nothing is known explains moments [nats], and what it is then.
+    """How well an unknown load explains moments [nats], and its estimate.
 
     Args:
         mode: near which they are taken.
@@ -195,7 +195,7 @@ def _anything(moments: Sequence[Waiting], mode: Mode) -> tuple[float, Mode]:
 
 
 def _as_the_others(moments: Sequence[Waiting], mode: Mode) -> bool:
-    """Whether the first moment is one of the others' load, and not of the jolt that brought it.
+    """Whether the first moment has the others' load, rather than the jolt that brought it.
 
     Args:
         mode: near which they are taken.

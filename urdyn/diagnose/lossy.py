@@ -1,9 +1,8 @@
-"""Sensors of many joints that fall silent together: the stream has lost what they told.
+"""Sensors of many joints that fall silent together: the stream has lost their values.
 
-A sensor, or its cable, fails alone. What takes values of more joints than an arm has faults at
-once, or of several from the same row on, is what they have in common: who recorded them, or the
-network between. None of them is to be serviced for that, nor is one of which a run has held nothing
-at all.
+A sensor, or its cable, fails alone. If values of more joints than fail at once are missing, or of
+several from the same row on, the cause is what they have in common: the recorder, or the network.
+None of them needs service for that, nor does one of which a run has held no value at all.
 """
 
 from __future__ import annotations
@@ -21,12 +20,12 @@ LACKING = "look at the recorder: of this joint it has told no current at all"
 
 
 def silent(kind: str, evidence: Mapping[str, Any]) -> bool:
-    """Whether a finding is of a sensor that tells, or told, nothing."""
+    """Whether a finding is of a sensor that gives, or gave, no values."""
     return kind == "sensor_fault" and Evidence(evidence).silent
 
 
 def of_the_stream(findings: Sequence[Finding]) -> list[Finding]:
-    """Findings; silences that more joints share than fail at once are worth a look, no service."""
+    """Findings, with silences that more joints share than fail at once reduced to warnings."""
     silences = [f for f in findings if silent(f.kind, f.evidence)]
     spans = {f.id: _span(f) for f in silences}
     told = []
@@ -44,6 +43,6 @@ def of_the_stream(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def _span(finding: Finding) -> tuple[float, float]:
-    """From its first alarm to the last that is known of it [s]."""
+    """From its first alarm to its last known time [s]."""
     says, first = finding.says, finding.alarm_s
     return first, max(first, says.anew or 0.0, says.until or 0.0)

@@ -1,12 +1,12 @@
 """How loud a residual is at low frequencies, learnt while working.
 
-A log's own noise model knows some eighty milliseconds; what friction and structure leave lasts a
-second and more, and decides how soon a change can be told from nothing. It shows where a block
-puts a state of a joint beside where the filter expects it: as far off as that noise is loud. The
-level of a current takes it whole, friction, which turns over with every move, only some of it.
+A log's own noise model spans some eighty milliseconds; the residual of friction and structure lasts
+a second and more, and decides how soon a change is distinguishable. It shows in the distance of a
+block's estimate of a joint's state from the filter's prediction, which scales with that noise. The
+level of a current takes all of it; friction, which reverses with every move, only a part.
 
-A block is heard beside the blocks before it. What is off by as much again and again is no noise,
-which has forgotten itself by then: it is a change, that must not hide by looking like noise.
+A block is compared with the blocks before it. A persistent deviation is not noise, which is
+uncorrelated between blocks: it is a change, which must not be hidden by being taken for noise.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ import numpy as np
 
 from urdyn.types import Array
 
-POWERS = 2.0 ** np.arange(0.0, 8.5, 0.5)  # [-] weighed; no residual is quieter than its sensor
-DOUBT = 0.9  # sd of the logarithm of what is believed before anything was seen
-WILD = 3.0  # [sd] that one block counts at most
-TINY = 1e-12  # of a weight: nothing was told
-SUREST = 20.0  # [nats] that blocks tell of one power against another, at most
-KEPT = 0.5  # [-] of the weight of a block that is left a block on
+POWERS = 2.0 ** np.arange(0.0, 8.5, 0.5)  # [-] candidates; no residual is quieter than its sensor
+DOUBT = 0.9  # sd of the logarithm in the prior
+WILD = 3.0  # [sd] most that one block counts
+TINY = 1e-12  # of a weight: no information
+SUREST = 20.0  # [nats] most between two powers
+KEPT = 0.5  # [-] of a block's weight left one block later
 
 
 @dataclass(frozen=True, eq=False)
 class Loudness:
-    """What blocks have told. The variance of one, if noise is as usual, is v."""
+    """Evidence from blocks. The variance of one, if noise is as usual, is v."""
 
     told: Array  # (S, J) log of the likelihood of each power
-    lately: Array  # (J,) where the last ones were: their mean
-    weight: Array  # (J,) sum of what each counts for in it: 1 / v, and ever less
-    doubt: Array  # (J,) sum of the squares of that, times v: variance of the mean, times weight²
+    lately: Array  # (J,) weighted mean of the last ones
+    weight: Array  # (J,) sum of their weights in it: 1 / v, decaying
+    doubt: Array  # (J,) sum of squared weights times v: variance of the mean, times weight²
 
     @property
     def power(self) -> Array:
@@ -42,15 +42,16 @@ class Loudness:
 
 
 def remembered(told: Array) -> Array:
-    """Log likelihoods (S, J), of which none is surer than it may be.
+    """Log likelihoods (S, J), limited in certainty.
 
-    What was so for a whole shift is believed no longer than what was for an hour, once it changes.
+    So what held for a whole shift is abandoned as quickly, once it changes, as what held for an
+    hour.
     """
     return np.asarray(np.maximum(told - told.max(axis=0), -SUREST))
 
 
 def first(power: Array) -> Loudness:
-    """What is believed before anything was seen."""
+    """The prior."""
     told, nothing = -0.5 * (np.log(POWERS[:, None] / power) / DOUBT) ** 2, np.zeros(len(power))
     return Loudness(told, nothing, nothing, nothing)
 
@@ -59,9 +60,9 @@ def heard(loudness: Loudness, seen: Array, expected: Array, noise: Array, rest: 
     """After a block.
 
     Args:
-        seen: where a state of each joint was, (J,); NaN: not told.
-        expected: where it was expected, (J,), by which a first block is judged.
-        noise: variance that white noise with the residual's variance would put into that, (J,).
+        seen: estimate of a state of each joint, (J,); NaN: none.
+        expected: its prediction, (J,), with which a first block is compared.
+        noise: variance of `seen` from white noise with the residual's variance, (J,).
         rest: variance for all other reasons, (J,).
     """
     var, known = POWERS[:, None] * noise + rest, np.isfinite(seen)

@@ -2,7 +2,7 @@
 
     A = sum H' R^-1 H        b = sum H' R^-1 r        square = sum r' R^-1 r
 
-Rows are averaged first, down to AVERAGED a second: what is slow is not lost, what is noise is.
+Rows are averaged first, to AVERAGED a second: slow signals remain, noise does not.
 """
 
 from __future__ import annotations
@@ -16,28 +16,28 @@ from urdyn.model.drive import Drive
 from urdyn.tracking.joint_motion import STANDING
 from urdyn.types import Array, Index
 
-AVERAGED = 50.0  # [Hz] rows that are left at most
-ROUGH = 2.5  # [-] times their noise, by which neighbours differ where something lasts shorter
+AVERAGED = 50.0  # [Hz] most rows left
+ROUGH = 2.5  # [-] times their noise, beyond which neighbours differ by something brief
 
 
 @dataclass(frozen=True, eq=False)
 class Means:
-    """Rows of joints that slide on known bristles, averaged, beside an arm with some load."""
+    """Averaged rows of joints that slide on known bristles, relative to an arm with some load."""
 
     weight: Array  # (M, J) [1/A²]
     residual: Array  # (M, J) [A]
-    tool: Array  # (M, J, 10) as rows have it
-    rigid: Array  # (M, J, c) as rows have it
-    drive: Array  # (M, 6, J) as rows have it
+    tool: Array  # (M, J, 10) as in rows
+    rigid: Array  # (M, J, c) as in rows
+    drive: Array  # (M, 6, J) as in rows
     load: Array  # (M, J) [N·m] rigid-body torque
-    more: Array  # (M, J) [A] for what is carried besides what was on the first day
+    more: Array  # (M, J) [A] for a load in addition to the commissioned one
     count: Array  # (J,) values of current
     warm: Array  # (3, J) mean of the rows'
 
 
 @dataclass(frozen=True, eq=False)
 class Pool:
-    """What some rows say about the n states."""
+    """The information in some rows about the n states."""
 
     A: Array  # (n, n)
     b: Array  # (n,)
@@ -46,11 +46,11 @@ class Pool:
 
 
 def averaged(rows: Rows, period: float, noise: Array) -> Means:
-    """Rows, averaged, beside the arm as it was commissioned.
+    """Rows, averaged, relative to the commissioned arm.
 
     Args:
         period: [s] between rows.
-        noise: sd of white noise as loud at low frequencies as the residual is, (J,) [A].
+        noise: sd of white noise as loud as the residual at low frequencies, (J,) [A].
     """
     known = rows.settled & (np.abs(rows.v) > STANDING) & np.isfinite(rows.residual)
     r = np.where(known, rows.residual, 0.0)
@@ -76,10 +76,10 @@ def averaged(rows: Rows, period: float, noise: Array) -> Means:
 
 
 def _roughness(residual: Array, noise: Array) -> Array:
-    """Times the noise that a moment counts as, (J,): much, where neighbours differ by more.
+    """Factor on a moment's noise, (J,): large where neighbours differ by more than noise.
 
-    What is slow does not. An angle that jumps, and speeds that were told from it, ask for a current
-    that no state of the arm explains.
+    Slow signals do not. An angle that jumps, and speeds derived from it, call for a current that no
+    state of the arm explains.
     """
     apart = np.diff(residual, axis=0)
     known = np.isfinite(apart)
@@ -89,9 +89,9 @@ def _roughness(residual: Array, noise: Array) -> Array:
 
 
 def laden(means: Means, drive: Drive, m: Array) -> Means:
-    """The same beside an arm that carries m besides, inertials (10,); exact, it may be much.
+    """The same relative to an arm that carries m in addition, inertials (10,); exact for any m.
 
-    A piece may turn a joint's load over, and with it what the gear's friction makes of that.
+    A piece may reverse a joint's load, and with it the gear's load-dependent friction.
     """
     grip = drive.structural * means.drive[:, COULOMB] * drive.gain / drive.coulomb  # beta s
     through = 1.0 + grip * np.sign(means.load)

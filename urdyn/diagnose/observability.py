@@ -1,7 +1,7 @@
-"""From which gap on a motion could have shown it, joint by joint, and what would show it.
+"""The least gap that a motion could show, joint by joint, and a motion that would show it.
 
-While gravity keeps a gear on one flank nothing of a gap is to be seen, however wide it is: that is
-said, with a motion in which the load turns over.
+While gravity keeps a gear on one flank no gap can be seen, however wide: this is reported, with a
+motion in which the load reverses.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from urdyn.diagnose.flight import FLIGHTS
 from urdyn.diagnose.space import Space
 
 WAYS = (np.arange(len(GAPS)), len(GAPS) + np.arange(len(FLIGHTS)))  # of crossing: motor's, link's
-POSES = 181  # that a probe is looked for among
-LIGHT = 0.05  # [-] of its friction: a joint whose load varies by less has none that turns over
-MOVED = 1.0  # [s] of motion, from which on a load has kept its gear on one flank
+POSES = 181  # among which a probe is sought
+LIGHT = 0.05  # [-] of friction: a load that varies by less does not reverse
+MOVED = 1.0  # [s] of motion, after which a load has kept its gear on one flank
 
 
 @dataclass(frozen=True, eq=False)
 class Observability:
-    """Says of every joint whether its gap could have been seen, and which motion would show it."""
+    """Reports for each joint whether a gap could have been seen, and which motion shows it."""
 
     space: Space
     rule: BacklashRule
 
     def of(self, state: Reversals, needed: float) -> list[dict[str, Any]]:
-        """Joint by joint, from which gap on this motion could show it, and what would.
+        """Joint by joint, the least gap that this motion could show, and which would show it.
 
         Args:
-            needed: evidence at which a gap is told [nats].
+            needed: evidence at which a gap is reported [nats].
         """
         arm, told = self.space.reference.arm, []
         for j, name in enumerate(arm.joint_names):
@@ -47,9 +47,9 @@ class Observability:
         return told
 
     def _least(self, state: Reversals, j: int, needed: float) -> float:
-        """From which half gap on this motion could show it [rad]; infinite: none.
+        """The least half gap that this motion could show [rad]; infinite: none.
 
-        Which way a gap would be crossed nobody knows before there is one: whichever it is.
+        Before there is a gap the way of crossing it is unknown: then the least for either way.
         """
         if state.count[j] < self.rule.enough:
             return np.inf
@@ -61,7 +61,7 @@ class Observability:
         return max(least)
 
     def _probe(self, state: Reversals, j: int) -> dict[str, Any]:
-        """A motion in which this joint's load turns over."""
+        """A motion in which this joint's load reverses."""
         arm, J = self.space.reference.arm, self.space.joints
         met = np.isfinite(state.lo)
         middle = 0.5 * (np.where(met, state.lo, 0.0) + np.where(met, state.hi, 0.0))

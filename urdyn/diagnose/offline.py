@@ -30,7 +30,7 @@ class Report:
 
     findings: tuple[Finding, ...]
     document: Mapping[str, Any]  # as findings.json has it
-    tracker: Tracker[Any] = field(repr=False)  # who follows the arm
+    tracker: Tracker[Any] = field(repr=False)  # that followed the arm
     log: Log = field(repr=False)
 
     def __iter__(self) -> Iterator[Finding]:
@@ -45,7 +45,7 @@ class Report:
         return "\n".join([*doubt, *told]) or "nothing found"
 
     def save(self, path: str | Path) -> None:
-        """Write it as one HTML page, beside what the arm's parameters did; follows the log anew."""
+        """Write it as one HTML page with the parameters' history; tracks the log again."""
         with TemporaryDirectory() as folder:
             out = Path(folder)
             twin, history = out / "twin.toml", out / HISTORY
@@ -58,14 +58,14 @@ class Report:
 def diagnose(
     of: Tracked | Twin | Fit, log: Log | None = None, rules: Rules | None = None
 ) -> Report:
-    """The faults of an arm: of one that was tracked, or of a twin's, in a log of it.
+    """The faults of an arm in a log: one already tracked, or one given with its twin.
 
     report = urdyn.diagnose(urdyn.track(twin, urdyn.read("monday.parquet")))
     print(report)
     report.save("monday.html")
 
     Args:
-        log: what the arm of a twin did; a track knows its own.
+        log: of a twin's arm; a track has its own.
 
     Raises:
         InputError: there is a twin and no log, or a track and another log.

@@ -1,4 +1,4 @@
-"""A diagnosis that looks on while a twin is tracked, and keeps DIR/findings.json up to date."""
+"""A diagnosis that runs while a twin is tracked, and keeps DIR/findings.json up to date."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from urdyn.types import Array, Mask
 if TYPE_CHECKING:
     from urdyn.tracking import Reading
 
-BATCH = 0.05  # [s] of instants that go at once
-WAITING = 1 << 21  # [bytes] that wait to be diagnosed, at most: ten seconds of 500 Hz
+BATCH = 0.05  # [s] of instants sent at once
+WAITING = 1 << 21  # [bytes] most that wait to be diagnosed: ten seconds of 500 Hz
 
 Tell = Callable[[Mapping[str, Any]], None]
 
 
 def begin_diagnosis(fit: Fit) -> Helper:
-    """The process that diagnoses an arm; one that was begun ahead is there when a stream is."""
+    """The process that diagnoses an arm; begun ahead, it is ready when a stream is."""
     advice = "run again, or with --no-diagnosis"
     helper = Helper("urdyn.diagnose.worker", "the diagnosis", advice)
     helper.send(words_frame(document(fit)))
@@ -37,12 +37,12 @@ def begin_diagnosis(fit: Fit) -> Helper:
 
 
 class Onlooker:
-    """An `Observer` of tracking; `tell` hears of every finding that is new or has changed.
+    """An `Observer` of tracking; `tell` is called with each new or changed finding.
 
-    `retract` hears of those that were taken back, as they were told, and `warn` what speaks against
-    all of them, where that is new.
+    `retract` is called with those retracted, as they were reported, and `warn` with a new doubt
+    about all of them.
 
-    It works in a process of its own, so that a sample shares nothing with it but the machine.
+    It works in a process of its own, so that sampling shares nothing with it but the machine.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Onlooker:
         retract: Tell | None = None,
         warn: Callable[[str], None] | None = None,
     ) -> None:
-        """`helper` is what `begin_diagnosis` of this fit began ahead."""
+        """`helper` is what `begin_diagnosis` returned for this fit, if begun ahead."""
         self.fit, self.period, self.rules, self.source = fit, period, rules, source
         self.tell, self.retract, self.warn = tell, retract, warn
         self.findings: tuple[Mapping[str, Any], ...] = ()
@@ -82,7 +82,7 @@ class Onlooker:
         self._helper = self._helper or begin_diagnosis(self.fit)
         self._helper.await_ready()
         self._helper.send(words_frame(job.plain()))
-        while index and not self._begun:  # can what was kept be gone on from?
+        while index and not self._begun:  # can it resume from what was kept?
             self._listen()
 
     def take(self, reading: Reading) -> None:
@@ -90,12 +90,12 @@ class Onlooker:
         self._add(row(reading))
 
     def miss(self, t: float, silent: Mask, current: Array) -> None:
-        """An instant of which these joints told nothing: is it an encoder's fault?"""
+        """An instant without these joints' angles: is it an encoder's fault?"""
         if np.count_nonzero(silent):
             self._add(blank(t, silent, current))
 
     def note(self, restarts: int, load_as_set: bool) -> None:
-        """What no instant tells; the diagnosis hears of it where it is new."""
+        """What no instant contains; sent to the diagnosis where it is new."""
         noted = {"restarts": restarts, "load_as_set": load_as_set}
         if noted != self._noted:
             self._noted = noted
@@ -108,13 +108,13 @@ class Onlooker:
         self._there.send(words_frame({"keep": index}))
 
     def kept(self, wait: bool) -> bool:
-        """Whether what it was last asked to remember is on disk."""
+        """Whether the last sample to be kept is on disk."""
         while wait and self._kept != self._keeping:
             self._listen()
         return self._kept == self._keeping
 
     def finish(self) -> Mapping[str, Any]:
-        """The last rows, and what was found."""
+        """Send the last rows; return what was found."""
         self._pass_on()
         self._there.send(words_frame({"finish": True}))
         while self._finished is None:
@@ -122,12 +122,12 @@ class Onlooker:
         return self._finished
 
     def forget(self) -> None:
-        """Remove what was remembered: the run is over for good."""
+        """Remove what was kept: the run is over for good."""
         for path in self._folder.glob(KEPT.format(index="*")):
             path.unlink()
 
     def close(self) -> None:
-        """No more, however the run has ended."""
+        """Stop, however the run has ended."""
         if self._helper:
             self._helper.close()
 
@@ -137,13 +137,13 @@ class Onlooker:
         return self._helper
 
     def _add(self, numbers: Array) -> None:
-        """A row more, which waits for others of its batch."""
+        """Add a row, which waits for the others of its batch."""
         self._rows.append(numbers)
         if len(self._rows) >= self._batch:
             self._pass_on()
 
     def _pass_on(self) -> None:
-        """The rows that wait; no waiting, unless the diagnosis is far behind."""
+        """Send the waiting rows, without blocking unless the diagnosis is far behind."""
         there = self._there
         if self._rows:
             there.send(numbers_frame(np.array(self._rows)))

@@ -1,8 +1,8 @@
-"""Lines that follow the angle of a motor, at whatever speed: gears and motors make such.
+"""Lines that follow a motor's angle, at whatever speed: those of gears and motors.
 
-A loop that rings keeps its phase to time, a gear to the angle of the motor that turns it. Where
-speed varies but a little, one explains as much of a line as the other: nobody tells them apart
-there. What a gear does to its joint shakes those beside it, too.
+A loop that rings keeps its phase with time, a gear with the angle of its motor. Where speed varies
+little, both explain a line equally and cannot be distinguished. A gear's vibration also shakes the
+neighbouring joints.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ from urdyn.diagnose.swings import amplitude, by_quarter, without
 from urdyn.model.friction import GEAR_RATIO
 from urdyn.types import Array
 
-SLOW = 0.05  # [rad/s] a joint that is never faster makes no line that is heard
-# Of motor turns: the wave generator's two lobes meet a tooth of the housing's spline, or of that
-# which turns with the joint, and a drive's torque has the pitch of its poles and slots.
+SLOW = 0.05  # [rad/s] a joint that is never faster makes no detectable line
+# Orders of motor turns: the wave generator's two lobes meet a tooth of the fixed spline, or of the
+# one that turns with the joint, and a drive's torque ripples with its poles and slots.
 GEAR = (1.0, 2.0 - 2.0 / GEAR_RATIO, 2.0, 4.0)
-MOTOR = (8.0, 10.0, 12.0)  # too little to be felt in other joints
+MOTOR = (8.0, 10.0, 12.0)  # too weak to show in other joints
 BINS = 1.5  # [-] of a window's resolution, within which a motor turns about a line
 
 
 def beside(x: Array, t: Array, frequency: float, v: Array, joint: int) -> float:
-    """Size of a line in a signal (n,) of this joint, beside what best follows a motor's angle.
+    """Size of a line in a signal (n,) of this joint, less what best follows a motor's angle.
 
     Only a motor that turns by about the line's frequency for half of the time makes one there.
 
     Args:
-        frequency: of the line [Hz], which the joints themselves may swing at.
+        frequency: of the line [Hz], at which the joints themselves may swing.
         v: speed of all joints, (n, J) [rad/s].
     """
     known = np.flatnonzero(np.isfinite(v).all(axis=0))
@@ -46,7 +46,7 @@ def beside(x: Array, t: Array, frequency: float, v: Array, joint: int) -> float:
 
 
 def _heard(f: Array, rate: float) -> Array:
-    """As what rows of this rate hear these frequencies [Hz]: what is too quick is folded back."""
+    """Frequencies [Hz] as they appear in rows of this rate: too high ones are aliased."""
     return np.asarray(np.abs(f - rate * np.round(f / rate)))
 
 

@@ -1,9 +1,8 @@
 """Loops that ring: one line in the spectrum of a joint's current that stays where it is.
 
-The last second is looked at twice a beat, and more seconds, in which weaker ones show. A line that
-lasts in such a window (see `ringing_line`) has to be there in more looks than one: motion that
-brakes and turns has such by chance. Nor does a line count that a motion to and fro may make (see
-`weave`).
+The last second is examined twice per beat, and longer windows for weaker lines. A line that lasts
+in a window (see `ringing_line`) must appear in several looks: motion that brakes and turns has such
+by chance. Nor does a line count that a motion to and fro may make (see `weave`).
 """
 
 from __future__ import annotations
@@ -25,38 +24,38 @@ from urdyn.signal.stretches import GAP
 from urdyn.types import Array, Mask
 
 SHORTEST = min(WINDOWS)
-HEARD = 4.0 / 3.0 * SHORTEST  # [s] after which a clear line is heard that has just begun
-LOOKS = 2  # in a beat, at most
-FEWEST = 24  # rows of the shortest: fewer, and no line is told from its neighbours
-MOST = 2000  # rows of the longest: where samples are many, fewer seconds tell as much
+HEARD = 4.0 / 3.0 * SHORTEST  # [s] after which a clear new line is detected
+LOOKS = 2  # per beat, at most
+FEWEST = 24  # rows of the shortest: with fewer no line is distinct from its neighbours
+MOST = 2000  # rows of the longest: at high rates shorter windows show as much
 GROWING = 0.05  # [1/s] a quarter in five seconds
-SURELY = 3.0, 4  # [sd] of its growth by which a swing that grows or fades does, and quarters
-KNOWN = 1.0  # windows of looks, from which on it is known what is usual
-WITHIN = 0.25  # [-] of a window about its begin, in which a line began that all of it has
+SURELY = 3.0, 4  # [sd] of growth beyond which a swing surely grows or fades; quarters needed
+KNOWN = 1.0  # windows of looks, after which the usual spectrum is known
+WITHIN = 0.25  # [-] of a window about its begin, in which a line present in all of it began
 AGAIN = 5.0  # [s] of silence, after which the same line is another event
-MISSED = 3.5  # looks, as long as which a line that was not told yet may go unseen
+MISSED = 3.5  # looks for which a line not yet reported may be missed
 
 
 @dataclass(frozen=True)
 class Ring:
-    """A line that was heard."""
+    """A detected line."""
 
-    last: float = -np.inf  # [s] when
+    last: float = -np.inf  # [s] when last detected
     frequency: float = 0.0  # [Hz]
     since: float = 0.0  # [s]
-    within: float = 0.0  # [s] of which
-    joint: int = 0  # that does most
-    course: Course = ()  # [N·m] its amplitude of late
+    within: float = 0.0  # [s] uncertainty of that
+    joint: int = 0  # the one with most torque
+    course: Course = ()  # [N·m] its recent amplitudes
     told: bool = False
-    whose: int | None = None  # the joint that was told of, if lines have not been silent since
+    whose: int | None = None  # the joint reported, if lines have not been silent since
 
     @property
     def amplitude(self) -> float:
-        """Of late [N·m]; a window may have the motion for a part of it."""
+        """Recent amplitude [N·m]; a window may contain the motion only in part."""
         return float(np.median([amplitude for _, amplitude, _ in self.course]))
 
     def going_on(self, line: Line, t: Array) -> Ring:
-        """With this line at these times; of another joint its amplitudes are others."""
+        """With this line at these times; another joint's amplitudes start a new course."""
         before = self.course if line.joint == self.joint else ()
         return replace(self, joint=line.joint, course=going_on(before, t, line.sizes))
 
@@ -68,27 +67,27 @@ class Heard:
     t: Array  # (n,)
     signals: Array  # (3, n, J) LEFT and TORQUE [N·m], SPEED [rad/s] of `ringing_line`
     usual: tuple[Usual, ...]  # of each window
-    ring: Ring = Ring()  # the line that was heard last
-    beside: tuple[Ring, ...] = ()  # others that were heard of late
+    ring: Ring = Ring()  # the line detected last
+    beside: tuple[Ring, ...] = ()  # others detected recently
 
     @property
     def rings(self) -> tuple[Ring, ...]:
-        """Each line that was heard of late."""
+        """Each line detected recently."""
         return (self.ring, *self.beside)
 
     def like(self, line: Line, missed: float, silent: float) -> Ring | None:
-        """The same line as it was heard last: since `silent` [s] if told, else since `missed`."""
+        """The same line as last detected: since `silent` [s] if reported, else since `missed`."""
         ring = min(self.rings, key=lambda ring: abs(line.frequency - ring.frequency))
         recent = ring.last > (silent if ring.told else missed)
         return ring if recent and abs(line.frequency - ring.frequency) < NEAR else None
 
     def louder(self, joint: int, size: float, missed: float) -> bool:
-        """Whether a louder line [N·m] that was told of a joint was heard since `missed` [s]."""
+        """Whether a louder line [N·m] reported of a joint was detected since `missed` [s]."""
         told = (r for r in self.rings if r.told and r.joint == joint and r.last > missed)
         return any(r.amplitude > size for r in told)
 
     def after(self, ring: Ring) -> Heard:
-        """With a line as it is by now, and others that are not silent; told of a joint is one."""
+        """With a line's present state, and others not silent; one reported line per joint."""
         others = (
             r
             for r in self.rings
@@ -113,19 +112,19 @@ class Oscillation:
         return LineSearch(self.space, self.period, self.rule)
 
     def init(self) -> Heard:
-        """Nothing heard yet."""
+        """Nothing detected yet."""
         nothing = np.zeros((3, 0, self.space.joints))
         usual = (Usual(nothing),) * len(self._windows)
         return Heard(np.zeros(0), nothing, usual)
 
     def ringing(self, state: Heard, t: float) -> Mask:
-        """Which joints were told of, and ring still at t [s], (J,)."""
+        """Joints that were reported and still ring at t [s], (J,)."""
         rings = np.zeros(self.space.joints, dtype=bool)
         rings[[r.whose for r in state.rings if r.whose is not None and t - r.last < AGAIN]] = True
         return rings
 
     def swung(self, state: Heard) -> Array:
-        """From when to when joints ring, or may, (2, J) [s]; those that do not, from never on."""
+        """From when to when joints ring, or may, (2, J) [s]; inf to -inf where they do not."""
         span = np.repeat([[np.inf], [-np.inf]], self.space.joints, axis=1)
         for ring in state.rings:
             begin, end = span[:, ring.joint]
@@ -133,10 +132,10 @@ class Oscillation:
         return span
 
     def step(self, state: Heard, rows: Rows, ill: Mask) -> tuple[Heard, list[Event]]:
-        """A beat on; an event when a joint begins to ring.
+        """One beat on; an event when a joint begins to ring.
 
         Args:
-            ill: joints whose sensor is, (J,); that may be what rings, and their loops are not told.
+            ill: joints with a faulty sensor, (J,), which may cause the line: they are not reported.
         """
         events = list[Event]()
         for part in parts(len(rows), min(LOOKS, len(rows))):
@@ -178,7 +177,7 @@ class Oscillation:
 
     @property
     def _windows(self) -> tuple[float, ...]:
-        """Those that are not too many rows."""
+        """Windows of not too many rows, [s]."""
         return tuple(w for w in WINDOWS if w == SHORTEST or self._samples(w) <= MOST)
 
     def _samples(self, window: float) -> int:
@@ -188,10 +187,10 @@ class Oscillation:
     def _told(
         self, state: Heard, line: Line, t: Array, window: float, known: bool, doubted: bool
     ) -> tuple[Heard, list[Event]]:
-        """One event for all joints that ring together.
+        """Report one event for all joints that ring together.
 
         Args:
-            known: what is usual in this window.
+            known: whether this window's usual spectrum is known.
         """
         now = float(t[-1])
         missed = now - MISSED * WINDOWS[window]
@@ -205,7 +204,7 @@ class Oscillation:
         if ring.told:
             told = lasts and ring.course != before.course
             return state.after(ring), [self._event(ring, line.ratio, True)] if told else []
-        # What long windows see by chance they see again for as long as they overlap.
+        # What a long window shows by chance recurs in those that overlap it.
         seen = like is not None or window == SHORTEST
         if lasts and seen and not state.louder(ring.joint, float(line.sizes.mean()), missed):
             ring = replace(ring, told=True, whose=ring.joint)
@@ -213,8 +212,8 @@ class Oscillation:
         return state.after(ring), []
 
     def _lasts(self, ring: Ring, line: Line, window: float, known: bool) -> bool:
-        """Whether a line has been there for as long as one like it has to be."""
-        # In noise, too: a brake's line grows like it.
+        """Whether a line has lasted for as long as its kind must."""
+        # Without allowance for noise: a brake's line grows alike.
         steady = line.sizes.min() > STAYS * line.sizes.max()
         sure = line.ratio >= self.rule.sure
         wait = self.rule.prompt if sure and steady else self.rule.patience
@@ -223,12 +222,12 @@ class Oscillation:
         return ring.last - ring.since > wait
 
     def _event(self, ring: Ring, ratio: float, goes_on: bool) -> Event:
-        """A joint that rings, as it does by now."""
+        """A ringing joint, in its present state."""
         noise = self.space.reference.drive.gain * self.space.noise * np.sqrt(2.0 * self.period)
         last, rate, sd = growth(ring.course, float(noise[ring.joint]))
-        seen = len(ring.course) >= SURELY[1]  # fewer do not tell how they scatter
+        seen = len(ring.course) >= SURELY[1]  # fewer do not show their scatter
         clear = seen and abs(rate) > max(GROWING, SURELY[0] * sd)
-        # Of what grows the last is the truest.
+        # For a growing line the last amplitude is the most accurate.
         size = last if clear else ring.amplitude
         evidence = {
             "frequency_Hz": ring.frequency,
@@ -253,9 +252,9 @@ class Oscillation:
         )
 
     def _unsure(self, ring: Ring, size: float, growth_sd: float | None) -> float:
-        """sd of an amplitude [N·m]: of a trend's end, or else of a median; and of the drive's gain.
+        """sd of an amplitude [N·m]: of a trend's end, or of a median; with the drive gain's.
 
-        Of n even points over T a line's end has sd 2 s / √n, and its slope √12 s / (√n T).
+        For n even points over T a line's end has sd 2 s / √n, and its slope √12 s / (√n T).
         """
         ends, sizes, _ = np.array(ring.course).T
         if growth_sd is None:
@@ -276,6 +275,6 @@ class Oscillation:
 
 
 def _begun(state: Heard, line: Line, t: Array, window: float) -> Ring:
-    """A line that is heard first."""
+    """A line detected for the first time."""
     whose = state.ring.whose if t[-1] - state.ring.last < AGAIN else None
     return Ring(since=float(t[0]), within=WITHIN * window, joint=line.joint, whose=whose)

@@ -6,19 +6,19 @@ from dataclasses import dataclass
 
 from urdyn.signal.stretches import GAP
 
-CHUNK = 10  # rows that are compared with the model at once
+CHUNK = 10  # rows compared with the model at once
 BEAT = 0.25  # [s]
 
 
 @dataclass(frozen=True)
 class Pace:
-    """That of rows so far apart."""
+    """The pace of rows at this period."""
 
     period: float  # [s]
 
     @property
     def gap(self) -> float:
-        """Between stamps after which a beat and a moment end early, at least [s]."""
+        """Least gap between stamps that ends a beat and a moment early [s]."""
         return GAP * self.period
 
     @property
@@ -32,6 +32,6 @@ class Pace:
         return -(-self.beat // -(-self.beat // CHUNK))
 
     def lasted(self, first: float, last: float, length: float) -> bool:
-        """Whether what began and ended with these rows is that long [s]; half a row a beat less."""
-        slack = 0.51 * self.period * round(length / BEAT)  # and what stamps are rounded by
+        """Whether the span of these rows has that length [s], less half a row per beat."""
+        slack = 0.51 * self.period * round(length / BEAT)  # and the stamps' rounding
         return bool(last - first + self.period >= length - slack)

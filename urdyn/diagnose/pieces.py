@@ -1,12 +1,12 @@
-"""Pieces too light for a moment to tell: many moments tell them, by their coming and going.
+"""Pieces too light to show in one moment: many moments show them, by their coming and going.
 
-A piece m is in the gripper or is not, moment by moment, a Markov chain; the chain's likelihood is
-followed forward and backward and m is what the moments with it say [Rabiner1989]_:
+A piece m is in the gripper or not, moment by moment, as a Markov chain; the chain's likelihood is
+computed forward and backward and m is estimated from the moments with it [Rabiner1989]_:
 
     L(m) = sum over paths of  p(path) prod exp(s_n (d_n' m - m' C_n m / 2)),      s_n in {0, 1}
 
 What is there all the time, or came within the first moment and stays, is no piece, nor are loads
-that moments told apart, each in its turn: their likelihood is taken off.
+that moments have already separated: their likelihood is subtracted.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from scipy.special import expit
 from urdyn.diagnose.carried import ANYTHING, CHANGED, NOTHING, Mode, Shown
 from urdyn.types import Array
 
-RUN = 4  # moments in a row that a guess is made of
-BEGINS = 2  # moments, the first ones: what came within one of them and stays is no piece
-ROUNDS = 12  # of the chain and of m, each in the light of the other
-LENGTHS = (20.0, 6.0)  # moments that a piece is held, or not, before that changes
+RUN = 4  # successive moments from which a guess is made
+BEGINS = 2  # first moments: what came within one of them and stays is no piece
+ROUNDS = 12  # of the chain and of m, each given the other
+LENGTHS = (20.0, 6.0)  # mean moments for which a piece is held, or not
 PRIOR = np.diag(ANYTHING**-2.0)
 
 
 def unseen(
     told: Sequence[Shown], first: Mode, t: float, whose: Sequence[int] = ()
 ) -> tuple[Mode, float]:
-    """The piece that comes and goes, and how much better that is than what does not [nats].
+    """The piece that comes and goes, and how much better that explains than a constant load [nats].
 
     Args:
-        told: at least RUN moments one after the other.
-        first: what is carried as a rule.
+        told: at least RUN successive moments.
+        first: the usual load.
         t: [s] of the last.
-        whose: which load each of them was told to be of, (N,); (): they are not told apart.
+        whose: load that each was assigned to, (N,); (): not assigned.
     """
     C = np.array([each.C for each in told])
     d = np.array([each.d for each in told]) - C @ first.mean
@@ -49,7 +49,7 @@ def unseen(
 
 
 def _coming_and_going(held: Array, C: Array, d: Array, length: float) -> tuple[float, Array, Array]:
-    """The piece of a chain that stays as it is for `length` moments: gain, mean, covariance."""
+    """The piece of a chain with mean stays of `length` moments: gain, mean, covariance."""
     for _ in range(ROUNDS):
         m, cov = _piece(held, C, d)
         fits = d @ m - 0.5 * np.einsum("i,nij,j->n", m, C, m)
@@ -59,7 +59,7 @@ def _coming_and_going(held: Array, C: Array, d: Array, length: float) -> tuple[f
 
 
 def at_most(piece: Mode, told: Sequence[Shown], first: Mode, run: int) -> float:
-    """How well moments in a row, `run` or fewer, those that tell it best, tell a piece [nats].
+    """Largest evidence for a piece in at most `run` successive moments [nats].
 
     Args:
         first: what is carried as a rule.
@@ -70,22 +70,22 @@ def at_most(piece: Mode, told: Sequence[Shown], first: Mode, run: int) -> float:
 
 
 def _piece(held: Array, C: Array, d: Array) -> tuple[Array, Array]:
-    """Mean (10,) and covariance of a piece that is held with these probabilities, (N,)."""
+    """Mean (10,) and covariance of a piece held with these probabilities, (N,)."""
     cov = np.linalg.inv(np.tensordot(held, C, 1) + PRIOR)
     return cov @ (held @ d), np.asarray(cov)
 
 
 def _any_load(C: Array, d: Array) -> float:
-    """Log of the likelihood of a load that is there all the time, beside none."""
+    """Log likelihood ratio of a constant load against none."""
     gain = 0.5 * d @ np.linalg.solve(C + PRIOR, d)
     return float(gain - 0.5 * np.linalg.slogdet(np.eye(len(d)) + np.diag(ANYTHING**2) @ C)[1])
 
 
 def _in_turn(whose: Array, C: Array, d: Array) -> float:
-    """Log of the likelihood of some loads, moment by moment one of them, beside none.
+    """Log likelihood ratio of several loads, one of them in each moment, against none.
 
     Args:
-        whose: which one, (N,); (0,): nobody knows.
+        whose: which one, (N,); (0,): unknown.
     """
     if not len(whose):
         return -np.inf
@@ -107,7 +107,7 @@ def _chain(fits: Array, length: float) -> tuple[Array, float]:
     """Probability that the piece is held in each moment, (N,), and log of the chain's likelihood.
 
     Args:
-        fits: of each moment with it beside without it, (N,) [nats].
+        fits: log likelihood ratio of each moment with it against without it, (N,) [nats].
     """
     ahead, back = np.zeros(len(fits)), np.zeros(len(fits))  # log odds that it is held
     scale = 0.0  # log of the chain's likelihood up to here

@@ -1,6 +1,6 @@
-"""What a push was like: which link, how hard, and whether it was one at all.
+"""The description of a push: which link, how hard, and whether it was one at all.
 
-tau_j = J_j(q)' F        for the joints below the link that is pushed; the others feel nothing
+tau_j = J_j(q)' F        for the joints below the pushed link; the others feel nothing
 """
 
 from __future__ import annotations
@@ -18,58 +18,58 @@ from urdyn.types import Array, Mask
 
 BIN = 0.04  # [s]
 LOUD = 90.0  # [-] sum of squares above which something happens
-QUIET = 30.0  # [-] and below which nothing does
-MODEL = 0.05  # [-] of a torque that changes, which the model may have wrong
-MOST = 2.5  # [-] sd of a prediction, the most that it is off by
+QUIET = 30.0  # [-] and below which nothing happens
+MODEL = 0.05  # [-] of a changing torque, by which the model may be wrong
+MOST = 2.5  # [-] sd of a prediction, most that it is off by
 FORCE = 100.0  # [N] sd of a push
-STRONG = 0.5  # [-] of the loudest bin, from which on bins tell what it was like
-LASTS = 3  # bins that a push beside a piece which is taken up is felt for
-ENDING = 3  # bins, the last ones, by which a load that stood is still there
+STRONG = 0.5  # [-] of the loudest bin, above which bins describe the push
+LASTS = 3  # bins that a push must last beside a piece that is taken up
+ENDING = 3  # last bins, by which a load on a standing arm is still there
 
 
 @dataclass(frozen=True, eq=False)
 class Bin:
-    """What was felt in some hundredths of a second."""
+    """Residual torques of some hundredths of a second."""
 
     t: float  # [s]
-    stood: bool  # the arm did
-    felt: Array  # (J,) [N·m] beside the baseline
-    bare: Array  # (J,) [N·m] the same if nothing is carried
-    noise: Array  # (J,) [N·m] sd of that for no push at all, had it been predicted well
+    stood: bool  # the arm stood still
+    felt: Array  # (J,) [N·m] relative to the baseline
+    bare: Array  # (J,) [N·m] the same without a load
+    noise: Array  # (J,) [N·m] sd of that without a push, given a perfect prediction
     doubt: Array  # (J,) [N·m] sd of the prediction
-    slack: Array  # (2, J) [N·m] from where to where friction that is another may account for it
+    slack: Array  # (2, J) [N·m] range that changed friction may explain
     q: Array  # (J,) [rad]
     tool: Array  # (J, 10) [N·m] per unit of payload
-    carried: Array  # (10,) what was taken to be carried
+    carried: Array  # (10,) assumed load
 
     @property
     def sd(self) -> Array:
-        """Of both, (J,) [N·m]."""
+        """sd of both, (J,) [N·m]."""
         return np.hypot(self.noise, self.doubt)
 
 
 def beyond(felt: Array, slack: Array) -> Array:
-    """What was felt (..., J) beyond the slack (..., 2, J), [N·m]."""
+    """The part of `felt` (..., J) beyond the slack (..., 2, J), [N·m]."""
     return np.asarray(felt - np.clip(felt, slack[..., 0, :], slack[..., 1, :]))
 
 
 def sizes(bins: tuple[Bin, ...]) -> Array:
-    """Sum of squares of what was felt, in its sd, (B,) [-]: of a push, whatever is carried."""
+    """Sum of squares of what was felt, in its sd, (B,) [-]: the smaller with or without load."""
     (bare,) = _stacked(bins, "bare")
     return np.minimum(laden_sizes(bins), _sizes(bare, bins))
 
 
 def laden_sizes(bins: tuple[Bin, ...]) -> Array:
-    """The same beside what was taken to be carried, (B,) [-]."""
+    """The same with the assumed load, (B,) [-]."""
     (felt,) = _stacked(bins, "felt")
     return _sizes(felt, bins)
 
 
 def _sizes(felt: Array, bins: tuple[Bin, ...]) -> Array:
-    """That of what may have been felt in bins, (B, J) [N·m]: the greater of two, (B,) [-].
+    """Sum of squares of `felt` in bins, (B, J) [N·m]: the greater of two, (B,) [-].
 
-    In the sd of all, or in that of the noise beyond the most of the doubt: a push that jerks the
-    arm makes it doubtful what is predicted, and would hide there if it took as many sd as of noise.
+    In the total sd, or in the noise's sd beyond the largest doubt: a push that jerks the arm makes
+    the prediction doubtful, and would be hidden if doubt counted like noise.
     """
     sd, noise, doubt, slack = _stacked(bins, "sd", "noise", "doubt", "slack")
     wide = slack + MOST * np.stack([-doubt, doubt], axis=1)
@@ -85,16 +85,16 @@ class Pushed:
     """Link and force of a push, from the torques of its bins."""
 
     space: Space
-    least: float  # [N] below, pushes are not told
+    least: float  # [N] weaker pushes are not reported
 
     def event(self, bins: tuple[Bin, ...], calm: int, known: Array, ill: Mask) -> Event | None:
-        """What the push was like, if it was one.
+        """The event of the push, if it was one.
 
         Args:
             calm: bins at the end in which it was over.
-            known: inertials that might be at the tool when it began, (k, 10); what was taken to be
-                one meanwhile may be the push.
-            ill: joints whose sensor is not to be believed, (J,).
+            known: possible inertials at the tool when it began, (k, 10); what has since been taken
+                for one may be the push.
+            ill: joints whose sensor is not trusted, (J,).
         """
         bins = tuple(replace(each, noise=np.where(ill, np.inf, each.noise)) for each in bins)
         felt, sd = _stacked(bins, "felt", "sd")
@@ -113,10 +113,10 @@ class Pushed:
         return self._event(bins, calm, felt, size)
 
     def _event(self, bins: tuple[Bin, ...], calm: int, felt: Array, size: Array) -> Event | None:
-        """What a push was like; None where it is too weak to be told.
+        """The event of a push; None where it is too weak to be reported.
 
         Args:
-            felt: beside a piece that was taken or put down meanwhile, (B, J) [N·m].
+            felt: net of a piece that was taken or put down meanwhile, (B, J) [N·m].
             size: sum of squares of that, in its sd, (B,) [-].
         """
         mean, doubt = _loudest(bins, calm, felt, size)
@@ -152,14 +152,14 @@ class Pushed:
         """The link that explains the torques best, its share of the evidence, and the force [N].
 
         Args:
-            known: joints that were heard, (J,).
+            known: joints with a current, (J,).
         """
         weights, forces = [], []
         points = self._points(q)
         V = np.diag(sd[known] ** 2 + (MODEL * felt[known]) ** 2)
         for _, J in points:
             J = J[:, known]
-            # The drives hold against the push: what they give more is -J' F.
+            # The drives hold against the push: their extra torque is -J' F.
             S = V + FORCE**2 * J.T @ J
             gain = -(FORCE**2) * J @ np.linalg.inv(S)
             weights.append(
@@ -175,9 +175,9 @@ class Pushed:
         return link, float(each[link]), forces[best]
 
     def _points(self, q: Array) -> list[tuple[int, Array]]:
-        """Links but the first, how the joint and the middle of each move per joint speed, (3, J).
+        """Links but the first, with Jacobians (3, J) of the joint and the middle of each.
 
-        The next joint moves nothing that is at its own frame: both ends are of a link.
+        The next joint does not move its own frame's origin: both ends belong to the link.
         """
         arm, points = self.space.reference.arm, []
         ends = [arm.jacobian(q, name)[:3] for name in (*arm.link_names[1:], arm.tool)]
@@ -188,9 +188,9 @@ class Pushed:
 
 
 def _of_one_value(bins: tuple[Bin, ...], size: Array) -> bool:
-    """Whether nothing is left without what one joint says in one bin, the loudest.
+    """Whether nothing is left without the loudest joint's value in the loudest bin.
 
-    A push lasts, and other joints feel it; one value alone is a sensor's, at whatever rate.
+    A push lasts, and other joints feel it; a single value is a sensor's fault, at any rate.
     """
     peak = int(np.argmax(size))
     without = _without(bins[peak], _most(bins[peak]))
@@ -198,7 +198,7 @@ def _of_one_value(bins: tuple[Bin, ...], size: Array) -> bool:
 
 
 def _alone(bins: tuple[Bin, ...], size: Array) -> int | None:
-    """The joint without which nobody would tell a push; None: several felt it."""
+    """The joint without which there is no push; None: several felt it."""
     j = _most(bins[int(np.argmax(size))])
     return j if sizes(tuple(_without(each, j) for each in bins)).max() < LOUD else None
 
@@ -209,20 +209,20 @@ def _most(seen: Bin) -> int:
 
 
 def _without(seen: Bin, j: int) -> Bin:
-    """A bin in which a joint tells nothing."""
+    """A bin without one joint's value."""
     return replace(seen, noise=np.where(np.arange(len(seen.felt)) == j, np.inf, seen.noise))
 
 
 def _stacked(bins: tuple[Bin, ...], *names: str) -> Iterator[Array]:
-    """What all bins say, (B, ...) each."""
+    """These fields of all bins, (B, ...) each."""
     return (np.array([getattr(each, name) for each in bins]) for name in names)
 
 
 def _loudest(bins: tuple[Bin, ...], calm: int, felt: Array, size: Array) -> tuple[Array, Array]:
-    """What was felt in the loudest bins: mean and sd, (J,) [N·m].
+    """Torques in the loudest bins: mean and sd, (J,) [N·m].
 
-    What is there still has come meanwhile, nobody knows when, and is no part of the push; nor is
-    friction that is another.
+    What remains at the end came at an unknown time, and is no part of the push; nor is changed
+    friction.
     """
     sd, slack = _stacked(bins, "sd", "slack")
     peak = int(np.argmax(size))
@@ -234,9 +234,9 @@ def _loudest(bins: tuple[Bin, ...], calm: int, felt: Array, size: Array) -> tupl
 
 
 def _beside_the_piece(bins: tuple[Bin, ...]) -> Array:
-    """What was felt beside the piece that was taken or put down meanwhile, (B, J) [N·m].
+    """Torques net of the piece that was taken or put down meanwhile, (B, J) [N·m].
 
-    It comes and goes within a bin, or as it is lifted off: the tool may bear any part of it.
+    It comes and goes within a bin, or gradually when lifted: the tool may bear any part of it.
     """
     before, since = bins[0].carried, bins[-1].carried
     (sd,) = _stacked(bins, "sd")
@@ -249,7 +249,7 @@ def _beside_the_piece(bins: tuple[Bin, ...]) -> Array:
 
 
 def _handled(bins: tuple[Bin, ...], size: Array, known: Array) -> bool:
-    """Whether a piece that was let go of for a moment, or held, says most of it."""
+    """Whether a piece released for a moment, or held, explains most of it."""
     for other in known:
         left = np.array([each.felt - each.tool @ (other - each.carried) for each in bins])
         if np.minimum(size, _sizes(left, bins)).sum() < 0.5 * size.sum():
@@ -258,7 +258,7 @@ def _handled(bins: tuple[Bin, ...], size: Array, known: Array) -> bool:
 
 
 def _held(bins: tuple[Bin, ...], size: Array, calm: int) -> bool:
-    """Whether one piece that nobody knows says most of it, and is there when it seems over."""
+    """Whether an unknown piece explains most of it, and is still there when it seems over."""
     felt, sd, slack, tool = _stacked(bins, "felt", "sd", "slack", "tool")
     wide = np.hypot(sd, np.ptp(slack, axis=1) / np.sqrt(12.0))
     scaled = (tool / wide[..., None]).reshape(-1, tool.shape[-1])
@@ -269,15 +269,15 @@ def _held(bins: tuple[Bin, ...], size: Array, calm: int) -> bool:
 
 
 def _left_with_it(stood: Mask, felt: Array, sd: Array) -> bool:
-    """Whether an arm that stood went away with what it felt: a piece, as far as anybody can tell.
+    """Whether a standing arm moved away with its load: then a piece is as likely as a push.
 
-    What a joint felt that began to move is doubtful; if it were not, half of the force would be
-    there still.
+    The torque of a joint that began to move is doubtful; half of the force must remain without that
+    doubt.
 
     Args:
         stood: in each bin, (B,).
         felt, sd: (B, J) [N·m].
     """
     sizes = np.sum((felt / sd.min(axis=0)) ** 2, axis=1)
-    before = stood & np.append(np.cumsum(~stood[::-1])[::-1][1:] > 0, False)  # it went
+    before = stood & np.append(np.cumsum(~stood[::-1])[::-1][1:] > 0, False)  # it moved later
     return bool(before.any() and sizes[-ENDING:].mean() > 0.25 * sizes[before].max())

@@ -1,7 +1,7 @@
-"""The quiet baseline beside which a push is felt, and what has been loud beside it.
+"""The quiet baseline that a push stands out from, and the loud bins so far.
 
-A quiet bin says what the model leaves when nobody touches the arm. It is forgotten as fast as what
-holds a joint may change: soon where it moves, slowly where it stands.
+A quiet bin gives the model's residual when nobody touches the arm. It is forgotten as fast as a
+joint's friction may change: soon where it moves, slowly where it stands.
 """
 
 from __future__ import annotations
@@ -16,35 +16,35 @@ from urdyn.diagnose.creep import Creep
 from urdyn.diagnose.pushed import BIN, LOUD, Bin, sizes
 from urdyn.types import Array, Mask
 
-FORGET = 0.08  # [-] of the baseline of a joint that moves, a bin
-RELAX = 0.015  # [-] of one that stands: what holds it changes slowly, a hand may press as slowly
-SPREAD = 0.02  # [-] of what is known of its spread
-WILD = 3.0  # [sd] that one bin counts at most in the spread
-NOTHING = 8.0  # [-] sum of squares below which bins tell how far the baseline is to be believed
-LEARNS = 3.0  # [s] in which who tells loads by moments has learnt of one that was felt to come
+FORGET = 0.08  # [-] of a moving joint's baseline, per bin
+RELAX = 0.015  # [-] of a standing one's: its friction changes slowly, but so may a hand's push
+SPREAD = 0.02  # [-] of the estimate of its spread, per bin
+WILD = 3.0  # [sd] most that one bin counts in the spread
+NOTHING = 8.0  # [-] sum of squares below which bins determine the baseline's spread
+LEARNS = 3.0  # [s] in which the moments' loads include one that a bin showed first
 
 
 @dataclass(frozen=True, eq=False)
 class Quiet:
-    """The baseline, and what happens beside it."""
+    """The baseline, and what stands out from it."""
 
-    base: Array  # (J,) [N·m] beside what is carried; NaN: unknown
-    bare: Array  # (J,) [N·m] the same if nothing is
-    slack: Array  # (2, J) [N·m] from where to where friction may have taken it since
+    base: Array  # (J,) [N·m] net of the load; NaN: unknown
+    bare: Array  # (J,) [N·m] the same without a load
+    slack: Array  # (2, J) [N·m] range in which friction may have moved it since
     loose: Mask  # (J,) joints that begin to move, or to stand
     creep: Creep  # how joints stood
     since: Array  # (J,) [s] when they began to, or to move
     aimed: Array  # (J,) [N·m] predicted when the baseline was made
     asked: Array  # (J,) [N·m] predicted in the last bin
     spread: Array  # (J,) [(N·m)²] of quiet bins about it
-    carried: Array  # (10,) what was taken to be at the tool
-    changed: float  # [s] when another load was felt to come
-    unheard: Mask  # (J,) joints whose current nobody knew in the last bin
+    carried: Array  # (10,) assumed load
+    changed: float  # [s] when a bin last showed another load
+    unheard: Mask  # (J,) joints without a current in the last bin
     seen: int = 0  # quiet bins
-    still: float = -np.inf  # [s] end of the last bin in which nothing was felt
+    still: float = -np.inf  # [s] end of the last bin without a residual
     calm: int = 0  # quiet bins since the last loud one
     bins: tuple[Bin, ...] = ()  # of what happens
-    loads: Array = field(default_factory=partial(np.zeros, (0, 10)))  # known when that began
+    loads: Array = field(default_factory=partial(np.zeros, (0, 10)))  # known when it began
 
     @property
     def going(self) -> bool:
@@ -52,15 +52,15 @@ class Quiet:
         return bool(self.bins)
 
     def load_at(self, t: float, carried: Array) -> Array:
-        """The likeliest of what may be carried, (10,), or for a while what was felt to come."""
+        """The likeliest possible load, (10,), or for a while the one that a bin showed."""
         if t - self.changed > LEARNS:
             return np.asarray(carried[0])
         return np.asarray(carried[np.argmin(unlike(carried, self.carried))])
 
     def beside(self, tool: Array, load: Array) -> Quiet:
-        """A baseline beside another load: who changes their mind about it has not felt anything.
+        """A baseline with another load: a changed estimate of it is no push.
 
-        A joint that was not heard may not have learnt of it.
+        A joint without a current may have missed it.
 
         Args:
             tool: (J, 10) [N·m] per unit of payload.
@@ -71,10 +71,10 @@ class Quiet:
         return replace(self, base=np.where(missed, np.nan, self.base - more), carried=load)
 
     def learnt(self, seen: Bin, usual: Array, aimed: Array) -> Quiet:
-        """The baseline after a bin in which nothing happened.
+        """The baseline after a quiet bin.
 
         Args:
-            usual: variance of what is felt then, (J,) [(N·m)²].
+            usual: variance of residuals then, (J,) [(N·m)²].
             aimed: predicted, (J,) [N·m].
         """
         fresh = np.isinf(seen.noise) | self.loose
@@ -95,7 +95,7 @@ class Quiet:
         return replace(known, spread=spread, seen=self.seen + 1)
 
     def disproved(self) -> Quiet:
-        """Without what was loud until more was known: who waits for its end is deaf meanwhile."""
+        """Drop first bins that are no longer loud: while they last no other push is detected."""
         if not self.going:
             return self
         size = sizes(self.bins)
@@ -107,11 +107,11 @@ class Quiet:
         return replace(self, calm=self.calm if bins else 0, bins=bins, still=still)
 
     def doubted(self, since: float, late: Array | float = 0.0, slack: Array | float = 0.0) -> Quiet:
-        """What was felt since then [s] may be what is known only now: no push.
+        """Residuals since then [s] may be explained by what is known only now: no push.
 
         Args:
-            late: that is the least that predictions are off by, (J,) [N·m].
-            slack: that there is either way, (J,) [N·m].
+            late: least error of predictions, (J,) [N·m].
+            slack: least slack either way, (J,) [N·m].
         """
 
         def more(b: Bin) -> Bin:

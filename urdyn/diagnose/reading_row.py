@@ -1,4 +1,4 @@
-"""What a diagnosis is told of an instant, as numbers.
+"""The numbers that a diagnosis receives of an instant.
 
 t, q, v, a, jerk, current, temperature, shift, instrument, s, travelled: (1 + 10 J,)
 """
@@ -19,7 +19,7 @@ ANGLE, CURRENT = 0, 4  # of these
 
 
 def row(reading: Reading) -> Array:
-    """An instant's, (1 + 10 J,)."""
+    """The numbers of an instant, (1 + 10 J,)."""
     i = reading.instant
     seen = i.q, i.v, i.a, i.jerk, i.current, i.temperature, i.shift, i.instrumental
     return np.concatenate([[i.t], *seen, reading.inputs.s, reading.travelled])

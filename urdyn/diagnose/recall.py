@@ -1,4 +1,4 @@
-"""Blocks that are remembered, to look at them again once a fault is known."""
+"""Stored blocks, to process again once a fault is known."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ Series = Sequence[Level]
 
 @dataclass(frozen=True, eq=False)
 class Recall:
-    """The healthy arm before the first of them, and what they said."""
+    """The healthy arm before the first of them, and the blocks."""
 
-    t: float  # [s]; NaN: no block was ever forgotten
+    t: float  # [s]; NaN: no block was ever dropped
     x: Array  # (N,)
     P: Array  # (N, N)
     blocks: tuple[Block, ...] = ()
@@ -39,21 +39,21 @@ class Recall:
         return Recall(*onsets.followed(self.t, self.x, self.P, first, straying), tuple(others))
 
     def until(self, t: float) -> Recall:
-        """Without the blocks that go on after `t` [s]."""
+        """Without the blocks that end after `t` [s]."""
         kept = tuple(block for block in self.blocks if block.end <= t)
         return self if len(kept) == len(self.blocks) else replace(self, blocks=kept)
 
     def unladen(self, t: float, until: float = np.inf) -> Recall:
-        """As if no other load had come since `t` [s], in blocks that begin before another time."""
+        """As if no other load had come since `t` [s], in blocks that begin before `until` [s]."""
         blocks = (b.unladen if b.unladen and t <= b.begin < until else b for b in self.blocks)
         return replace(self, blocks=tuple(blocks))
 
     def bearing(self, more: Array) -> Recall:
-        """With another load as what is carried as a rule, whose states are off by `more`, (N,)."""
+        """With another usual load, whose states differ by `more`, (N,)."""
         return replace(self, blocks=tuple(b.bearing(more) for b in self.blocks))
 
     def again(self, healthy: Healthy, known: Sequence[Fault], straying: Straying, E: Array) -> Bank:
-        """The bank of these blocks, with what is known free to have changed."""
+        """The bank of these blocks, in which the known faults may have changed the states."""
         bank = onsets.first(self.x, healthy.opened(self.P, known, self.t), E.shape[1], self.t)
         for block in self.blocks:
             bank = onsets.step(bank, healthy.leaping(block, known), straying, E)
@@ -62,7 +62,7 @@ class Recall:
     def course(
         self, healthy: Healthy, known: Sequence[Fault], straying: Straying
     ) -> Iterator[tuple[Block, Array, Array]]:
-        """Every block, and what is believed of the states after it, (N,) and (N, N)."""
+        """Each block, and the belief about the states after it, (N,) and (N, N)."""
         t, x, P = self.t, self.x, healthy.opened(self.P, known, self.t)
         for block in self.blocks:
             t, x, P = onsets.followed(t, x, P, healthy.leaping(block, known), straying)
@@ -71,13 +71,13 @@ class Recall:
     def before(
         self, fault: Fault, healthy: Healthy, known: Sequence[Fault], straying: Straying
     ) -> tuple[Array, Array]:
-        """What was believed of the states, (N,) and (N, N), before a fault could be seen.
+        """The belief about the states, (N,) and (N, N), before a fault could be seen.
 
         What was believed before the first of the blocks may have followed it for long if it began
         before those: then nothing is known but the first day.
 
         Args:
-            known: others.
+            known: the other faults.
         """
         if fault.onset_lo < self.t:
             return healthy.first

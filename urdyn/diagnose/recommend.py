@@ -1,4 +1,4 @@
-"""What a twin ends in: service now, later, or not at all, by what each is expected to cost."""
+"""A twin's recommendation: service now, later, or not at all, by expected cost."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from urdyn.faults.decision import Costs, Decision, decide, outlook
 from urdyn.io.run_folder import SEVERITIES, quiet
 from urdyn.types import Array
 
-SOON = 1e-3  # [h] in which what is past its critical level is taken to end the work
+SOON = 1e-3  # [h] until what is beyond its critical level is assumed to end the work
 HOUR = 3600.0  # [s]
 
 
 def recommendation(
     findings: Sequence[Finding], costs: Costs, judged: Mapping[str, bool] | None = None
 ) -> dict[str, Any]:
-    """The choice for the finding that has to be serviced first, in numbers and a sentence.
+    """The choice for the finding to be serviced first, in numbers and a sentence.
 
-    That somebody has seen a finding makes the arm no safer: it counts as before.
+    Acknowledging a finding makes the arm no safer: it counts as before.
 
     Args:
-        judged: by a joint's name, whether enough was compared to find anything; None: of all.
+        judged: by a joint's name, whether enough was compared to find anything; None: for all.
     """
     said: dict[str, Any]
     choices = [(_decision(f, costs), f) for f in findings]
@@ -48,7 +48,7 @@ def recommendation(
 def sentence(
     said: Mapping[str, Any], findings: Sequence[Mapping[str, Any]], judged: Mapping[str, bool]
 ) -> str:
-    """A choice in words; findings, too, are as findings.json has them."""
+    """A choice in words; choice and findings are as in findings.json."""
     if said["finding"] is None:
         return _no_service(findings, judged, said["expected_cost"])
     of = next(f for f in findings if f["id"] == said["finding"])
@@ -62,8 +62,8 @@ def health(
 ) -> list[dict[str, Any]]:
     """Joint by joint, the probability that it does not end the work within the notice.
 
-    That is the time in which a service can be planned. What was found goes on independently, and
-    what was not may come up: a joint that wears out once in its life does so at any time.
+    Notice is the time in which a service can be planned. Found faults go on independently, and new
+    ones may come up: a joint that wears out once in its life does so at any time.
     """
     unseen = float(np.exp(-costs.notice / costs.life))
     rows = []
@@ -93,17 +93,17 @@ def _decision(finding: Finding, costs: Costs) -> Decision:
 
 @lru_cache(maxsize=8)
 def _sound(costs: Costs) -> Decision:
-    """Where nothing that was found ends the work: of all pushes of a day it is asked once."""
+    """Where no finding ends the work; cached, as a day may have many pushes."""
     return decide(*outlook(costs), costs)
 
 
 def _told(decision: Decision) -> dict[str, float]:
-    """What each choice is expected to cost, in planned services."""
+    """Expected cost of each choice, in planned services."""
     return {"now": decision.now, "later": decision.later, "never": decision.never}
 
 
 def _outlook(finding: Finding, costs: Costs) -> tuple[Array, Array]:
-    """Times from now [h], and the probability that it has ended the work by then."""
+    """Times from now [h], and probabilities that the finding has ended the work by then."""
     left = finding.time_to_failure_s
     if left is not None:
         told = (left["median"] / HOUR, left["lo"] / HOUR, left["hi"] / HOUR)
@@ -114,23 +114,23 @@ def _outlook(finding: Finding, costs: Costs) -> tuple[Array, Array]:
 
 
 def _ends_work(finding: Finding) -> bool:
-    """Whether it is expected to, now or in time."""
+    """Whether it is expected to end the work, now or in time."""
     grave = finding.severity == "critical" and finding.kind not in PASSING
     return grave or finding.time_to_failure_s is not None
 
 
 def _due(decision: Decision) -> float:
-    """[h] from now."""
+    """When a service is due [h], from now."""
     return 0.0 if decision.advice == "now" else decision.later_at
 
 
 def _no_service(
     findings: Sequence[Mapping[str, Any]], judged: Mapping[str, bool], worst: Mapping[str, float]
 ) -> str:
-    """Nothing wears so that a service would pay; what is new is to be looked at all the same.
+    """The text where no service would pay; new findings are to be looked at all the same.
 
     Args:
-        worst: expected costs of the finding that costs most if it is left alone.
+        worst: expected costs of the finding that costs most if left alone.
     """
     if not findings:
         return _nothing_found([name for name, enough in judged.items() if not enough], len(judged))
@@ -146,7 +146,7 @@ def _no_service(
 
 
 def _weighed(cost: Mapping[str, float]) -> str:
-    """Why nothing is to be serviced that may fail."""
+    """Why nothing is serviced although it may fail."""
     never, now, later = (f"{cost[choice]:.3g}" for choice in ("never", "now", "later"))
     return (
         f"by [costs] of the rules: to go on is expected to cost {never} planned services, to "
@@ -155,7 +155,7 @@ def _weighed(cost: Mapping[str, float]) -> str:
 
 
 def _nothing_found(unjudged: Sequence[str], joints: int) -> str:
-    """What nothing found is worth."""
+    """The text where nothing was found."""
     if unjudged and len(unjudged) == joints:
         return "too little was compared to judge: track it for longer, while its joints move"
     few = f"; too little was seen of {', '.join(unjudged)} to judge" if unjudged else ""

@@ -1,12 +1,12 @@
-"""Evidence that windows about reversals have something in common, each a little early or late.
+"""Evidence that windows about reversals have a common mean, each slightly early or late.
 
-Of windows y = d + e, e ~ N(0, C), the mean d is N(0, recurs² C) of a sound joint, and N(0, C / k)
-of one with play, k in RECURS. C has an inverse Wishart distribution, which leaves of each a closed
-form [Murphy2007]_.
+Of windows y = d + e, e ~ N(0, C), the mean d is N(0, recurs² C) for a sound joint, and N(0, C / k)
+for one with play, k in RECURS. C has an inverse Wishart distribution, which gives each marginal
+likelihood a closed form [Murphy2007]_.
 
-When a model has a load turn over is off as that model is. The ratio of windows that may be early or
-late is a mean over all their places, and so no less than at one of them times its probability: that
-is taken, with each window where it is most like the later ones.
+A model's errors shift the time at which its load reverses. The ratio of windows that may be early
+or late is a mean over all their places, and so at least that at one place times its probability:
+this bound is used, with each window where it is most like the later ones.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from scipy.special import logsumexp
 from urdyn.types import Array
 
 FEWEST = 3  # windows that recur
-RECURS = (1.0, 0.1)  # windows that what is known of play counts for
-LATE = np.array([0.0, -0.02, 0.02])  # [s] after its reversal that a window may be
-LIKELY = np.array([0.5, 0.25, 0.25])  # that it is
+RECURS = (1.0, 0.1)  # windows that the prior on play counts as
+LATE = np.array([0.0, -0.02, 0.02])  # [s] after its reversal: possible places of a window
+LIKELY = np.array([0.5, 0.25, 0.25])  # their probabilities
 
 
 def aligned(y: Array, cov: Array) -> tuple[Array, Array]:
-    """Windows where they are most like the later ones, the last one in time.
+    """Windows placed where they are most like the later ones; the last is on time.
 
     Args:
-        y: as late as LATE, (n, LATE, p) [A]; NaN: there is none.
+        y: at each place of LATE, (n, LATE, p) [A]; NaN: there is none.
         cov: C (p, p) [A²].
 
     Returns:
-        Windows, (n, p), and log probabilities that the last 1, 2, ... are where they are, (n,).
+        Windows, (n, p), and log probabilities of the places of the last 1, 2, ..., (n,).
     """
     chance = np.where(np.isfinite(y[:, :, 0]), LIKELY, 0.0)
     with np.errstate(divide="ignore"):
@@ -48,7 +48,7 @@ def aligned(y: Array, cov: Array) -> tuple[Array, Array]:
 
 
 def ratios(y: Array, Psi: Array, dof: float, sound: float) -> Array:
-    """Log of the likelihood ratios of the last FEWEST, FEWEST + 1, ... windows y (n, p) [nats].
+    """Log likelihood ratios of the last FEWEST, FEWEST + 1, ... windows y (n, p) [nats].
 
     Args:
         Psi: scale of the inverse Wishart distribution of C, (p, p).
@@ -62,7 +62,7 @@ def ratios(y: Array, Psi: Array, dof: float, sound: float) -> Array:
     scatter = np.cumsum(latest[:, :, None] * latest[:, None, :], axis=0) - n * square
 
     def marginal(k: float) -> Array:
-        """Log of what the windows' likelihood is, but for what all k share."""
+        """Log of the windows' marginal likelihood, up to a constant."""
         inner = Psi + scatter + (k * n / (k + n)) * square
         shrunk = 0.5 * p * np.log(k / (k + n[:, 0, 0]))
         return np.asarray(shrunk - 0.5 * (dof + n[:, 0, 0]) * np.linalg.slogdet(inner)[1])

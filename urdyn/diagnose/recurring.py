@@ -1,21 +1,19 @@
-"""What recurs in a joint's current whenever it turns over: a gear with play, however it does it.
+"""What recurs in a joint's current at each reversal: play in a gear, whatever its form.
 
-How a loop answers a gap nobody knows: a lack, a blow, a rebound, a dither. What is known is when:
-at the joint's own reversals, of its load, of its velocity or of what its motor gives, with their
-sign. So windows about them, each beside a level and a slope of its own, are y = d + e, and their
-mean d may be
+A loop's response to a gap is unknown: a lack, a blow, a rebound, a dither. Its time is known: the
+joint's own reversals, of its load, its velocity or its motor's torque, with their sign. So windows
+about them, each relative to its own level and slope, are y = d + e, and their mean d may be
 
-    d ~ N(0, recurs² C)  of a sound joint: a model is off there, from day to day and twin to twin
-    d ~ N(0, C / k)      of one with play, k in RECURS;      e ~ N(0, C), C as at any other time
+    d ~ N(0, recurs² C)  for a sound joint: a model is off there, from day to day and twin to twin
+    d ~ N(0, C / k)      for one with play, k in RECURS;      e ~ N(0, C), C as at any other time
 
-which is a test of Hotelling's kind (`recurrence`). Ratios of all last windows, one for each number
-of them, make Shiryaev-Roberts' sum [Roberts1966]_.
+which is a test of Hotelling's kind (`recurrence`). The ratios of the last n windows, summed over n,
+are the Shiryaev-Roberts sum [Roberts1966]_.
 
-A window tells of play only where a model of friction holds throughout: where the joint slides, or
-turns over and slides on. There, friction may be another than was thought, be held by bristles that
-are not as stiff, and fade with speed otherwise: nothing is taken for play that these explain. Where
-the joint goes its way, what they could not do as loudly as the windows of a sound joint have in
-common anyway they do not explain.
+A window shows play only where a friction model holds throughout: where the joint slides, or
+reverses and slides on. There, friction may differ in size, in the bristles' stiffness and in how it
+fades with speed: what these explain is not taken for play. Where the joint does not reverse,
+effects weaker than the common mean of a sound joint's windows are left out of that explanation.
 """
 
 from __future__ import annotations
@@ -37,22 +35,22 @@ from urdyn.diagnose.space import Space
 from urdyn.tracking.joint_motion import STANDING
 from urdyn.types import Array, Index, Mask
 
-BIN, BEFORE, AFTER = 0.02, 5, 8  # [s], of which so many are a window, before a reversal and after
-BINS, KEPT = BEFORE + AFTER, slice(BEFORE - 1, BEFORE + 5)  # the middle of it tells of play
-FIRM = 3  # bins before and after, by which a joint has turned over
-SMOOTH = 3.0 * BIN  # [s] of noise, which turns nothing over
+BIN, BEFORE, AFTER = 0.02, 5, 8  # [s]; bins of a window before and after a reversal
+BINS, KEPT = BEFORE + AFTER, slice(BEFORE - 1, BEFORE + 5)  # its middle shows play
+FIRM = 3  # bins before and after, by which a joint has reversed
+SMOOTH = 3.0 * BIN  # [s] of noise, which is no reversal
 SPAN = BIN * AFTER  # [s] after a reversal
-PUSHED = 2.0 * BIN  # [s] before a reversal, that a push at it may be told to begin
-LAST = 32  # reversals that are remembered
-SURELY = 0.95  # [-] that play began after the reversal before those which may show it
-TILE = 0.1  # [s] from one window to the next, that any time is known by
-KNOWN, MOST = 20.0, 120.0  # windows apart that C is known by: fewer tell nothing; it may change
-BRISK = 4  # bins at most in which a joint that turns over is slow
-NOTHING = 1e-9  # [-] of what friction may do, beside the most of it
-FADES = (0.02, 0.1)  # [rad/s] with which friction may fade otherwise than was thought
-PATTERN = KEPT.stop - KEPT.start  # p, bins of that
-WAYS = ("load", "velocity", "current", "torque")  # of what a reversal is one
-MODELLED = ("load", "torque")  # of which only a model tells when they are
+PUSHED = 2.0 * BIN  # [s] before a reversal at which a push caused by it may seem to begin
+LAST = 32  # reversals kept
+SURELY = 0.95  # [-] that play began after the reversal preceding those that may show it
+TILE = 0.1  # [s] between the windows that estimate C
+KNOWN, MOST = 20.0, 120.0  # separate windows for C: fewer are too few; more are forgotten
+BRISK = 4  # bins at most in which a reversing joint is slow
+NOTHING = 1e-9  # [-] of friction's effects, relative to the largest
+FADES = (0.02, 0.1)  # [rad/s] speeds at which friction may fade otherwise
+PATTERN = KEPT.stop - KEPT.start  # p, its bins
+WAYS = ("load", "velocity", "current", "torque")  # quantities that reverse
+MODELLED = ("load", "torque")  # those whose reversal time only a model gives
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,10 +58,10 @@ class Recurred:
     """The last windows at reversals, and those at any time."""
 
     cov: Array  # (J, p, p) [A²] mean of squares at any time
-    tiles: Array  # (J,) windows of it
+    tiles: Array  # (J,) number of those windows
     y: Array  # (J, WAYS, LAST, LATE, p) [A] the latest last, signed as the reversal; NaN: none
     t: Array  # (J, WAYS, LAST) [s]
-    begun: float = np.nan  # [s] the first row that was looked at
+    begun: float = np.nan  # [s] the first row processed
 
 
 def at_first(joints: int) -> Recurred:
@@ -82,7 +80,7 @@ class Recurring:
 
     @property
     def needed(self) -> float:
-        """Evidence at which it is told [nats]."""
+        """Evidence at which it is reported [nats]."""
         return float(np.log(self.rule.promise))
 
     def step(
@@ -92,9 +90,9 @@ class Recurring:
 
         Args:
             load: of joints, (N, J) [N·m].
-            left: of their currents by the model, (N, J) [A].
-            judged: rows, and joints in them, of which something may be told, (N, J).
-            told: joints of which it was, (J,).
+            left: residuals of their currents, (N, J) [A].
+            judged: rows and joints that may be judged, (N, J).
+            told: joints already reported, (J,).
         """
         found = list[Event]()
         if np.isnan(state.begun):
@@ -121,26 +119,26 @@ class Recurring:
         return state, found
 
     def _torque(self, rows: Rows, load: Array) -> Array:
-        """Of motors, with what turns their rotors and without friction, (N, J) [A]."""
+        """Motor torque including the rotor's inertia, without friction, (N, J) [A]."""
         return load / self.space.reference.drive.gain + rows.drive[:, ROTOR]
 
     def _slowly(self, rows: Rows, x: Array) -> Array:
-        """Of rows x (N, J), what is no noise: means over SMOOTH."""
+        """Rows x (N, J) without noise: means over SMOOTH."""
         many = max(1, round(SMOOTH * (len(rows) - 1) / float(np.ptp(rows.t) or np.inf)))
         return np.asarray(uniform_filter1d(x, many, axis=0))
 
     def _least(self, state: Recurred, j: int) -> float:
-        """As loud as what a sound joint's windows have in common anyway [A]."""
+        """Size of the common mean of a sound joint's windows [A]."""
         return float(self.rule.recurs * np.sqrt(np.trace(self._scatter(state, j)) / PATTERN))
 
     def _scatter(self, state: Recurred, j: int) -> Array:
-        """C of joint j (p, p) [A²], of a recording without noise no less than models are off by."""
+        """C of joint j (p, p) [A²], at least the model's error where a recording has no noise."""
         drive = self.space.reference.drive
         off = self.rule.foreseen * drive.coulomb[j] / drive.gain[j]
         return np.asarray(state.cov[j] + off**2 * np.eye(PATTERN))
 
     def _any_time(self, state: Recurred, rows: Rows, left: Array, judged: Mask) -> Recurred:
-        """With windows at any time, of joints that move through them."""
+        """With windows at any time, for joints that move throughout."""
         grid = np.flatnonzero(np.diff(np.floor(rows.t / TILE), prepend=np.inf) > 0.0)
         cov, tiles = state.cov.copy(), state.tiles.copy()
         for row in grid[judged[grid].any(axis=1)].tolist():
@@ -157,7 +155,7 @@ class Recurring:
         return replace(state, cov=cov, tiles=tiles)
 
     def _event(self, state: Recurred, j: int, w: int, now: float) -> Event | None:
-        """Play of joint j, where its reversals tell it by now."""
+        """Play of joint j, if its reversals now show it."""
         known = min(state.tiles[j] * TILE / (BINS * BIN), MOST)
         there = np.isfinite(state.t[j, w])
         y, t = state.y[j, w, there], state.t[j, w, there]
@@ -196,7 +194,7 @@ class Recurring:
         )
 
     def _size(self, j: int, shape: Array) -> tuple[float, float]:
-        """Half of the gap that a motor would cross in this time [rad], and the time [s].
+        """Half the gap that a motor would cross in this time [rad], and the time [s].
 
         T = sqrt(4 b I_r / f), as in `crossing`; what recurs lasts twice as long as its middle.
         """
@@ -206,10 +204,10 @@ class Recurring:
 
 
 def unjolted(findings: Sequence[Finding], seen: Recurred, coulomb: Array) -> tuple[Finding, ...]:
-    """Without pushes that a joint with play has given its own current, where it turned over.
+    """Without pushes that are jolts of a joint with play at its own reversals.
 
     Args:
-        coulomb: friction of the joints, (J,) [N·m]: in units of it that joint felt most.
+        coulomb: friction of the joints, (J,) [N·m], in units of which a push is largest.
     """
     loose = [f.joint for f in findings if f.kind == "joint_backlash"]
     if not loose:  # every beat asks, and pushes are many
@@ -234,22 +232,22 @@ def _with(state: Recurred, j: int, w: int, y: Array, t: float) -> Recurred:
 
 
 def _edges(t: Array, t0: float) -> Index | None:
-    """First rows of the bins of a window about t0, and its end, (BINS + 1,); None: not all."""
+    """First rows of the bins of a window about t0, and its end, (BINS + 1,); None: incomplete."""
     at = np.searchsorted(t, t0 + BIN * (np.arange(BINS + 1) - BEFORE))
     return np.asarray(at) if (np.diff(at) > 0).all() and at[-1] < len(t) else None
 
 
 def _means(x: Array, at: Index) -> Array:
-    """Of rows x (N, ...) in bins, (BINS, ...)."""
+    """Means of rows x (N, ...) in bins, (BINS, ...)."""
     many = np.diff(at).reshape(-1, *(1,) * (x.ndim - 1))
     return np.asarray(np.add.reduceat(x[: at[-1]], at[:-1], axis=0) / many)
 
 
 def _windows(rows: Rows, x: Array, left: Array, j: int, places: Array, least: float) -> Array:
-    """What a reversal of x (N,) shows of joint j, at the first of these places [s] or another one.
+    """Windows of joint j about a reversal of x (N,), at each of these places [s].
 
     Returns:
-        (LATE, p) [A]; NaN where nothing is shown.
+        (LATE, p) [A]; NaN where there is none.
     """
     y = np.full((len(LATE), PATTERN), np.nan)
     for k, place in enumerate(places.tolist()):
@@ -260,10 +258,10 @@ def _windows(rows: Rows, x: Array, left: Array, j: int, places: Array, least: fl
 
 
 def _window(rows: Rows, x: Array, left: Array, j: int, t0: float, least: float) -> Array | None:
-    """What a reversal of x (N,) at t0 shows of joint j, (p,) [A]; None where it is none.
+    """Window of joint j about a reversal of x (N,) at t0, (p,) [A]; None where it is none.
 
     Args:
-        least: what friction does that is as quiet is none, of a joint that goes its way [A].
+        least: weaker effects of friction are ignored where the joint does not reverse [A].
     """
     at = _edges(rows.t, t0)
     if at is None:
@@ -279,9 +277,9 @@ def _window(rows: Rows, x: Array, left: Array, j: int, t0: float, least: float) 
 
 
 def slides(v: Array) -> bool:
-    """Whether a joint slides throughout, at v (BINS,) [rad/s], but where it briskly turns over.
+    """Whether a joint slides throughout, at v (BINS,) [rad/s], except in a brisk reversal.
 
-    One that stands, creeps or sets off is held by a friction that nobody knows.
+    One that stands, creeps or sets off is held by an unknown friction.
     """
     side = np.where(np.abs(v) > STANDING, np.sign(v), 0.0)
     once = side[0] != 0.0 and (np.diff(side * side[-1]) >= 0.0).all()
@@ -289,20 +287,20 @@ def slides(v: Array) -> bool:
 
 
 def faded(held: Array, v: Array) -> list[Array]:
-    """What friction may do besides where a joint turns over, (BINS,) each.
+    """Further possible effects of friction around a reversal, (BINS,) each.
 
     Args:
-        held: Coulomb friction, of its own size.
+        held: Coulomb friction, in its own unit.
         v: [rad/s].
     """
     return [held * np.exp(-np.abs(v) / speed) for speed in FADES]
 
 
 def _apart(left: Array, *friction: Array, least: float = 0.0) -> Array:
-    """What is left of a window beside its level, its slope and what friction may do, (p,).
+    """A window without its level, its slope and possible effects of friction, (p,).
 
     Args:
-        least: what friction does that is as quiet is none [A].
+        least: weaker effects of friction are ignored [A].
     """
     middle = BIN * (np.arange(BINS) + 0.5 - BEFORE)
     Q = np.linalg.qr(np.column_stack([np.ones(BINS), middle]))[0]

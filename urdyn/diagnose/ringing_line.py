@@ -1,9 +1,8 @@
-"""The lines that ring in a window of joints' currents, if there are such.
+"""The ringing lines in a window of joints' currents, if any.
 
-A line has to stand out of its neighbours and of what this joint's spectrum is like as a rule, in
-both halves of the window at the same frequency, and keep its size and phase. Lines that a gear
-makes do not count (see `orders`), nor one of several: what befalls a joint in every period of a
-motion has lines at its multiples.
+A line must exceed its neighbours and this joint's usual spectrum, in both halves of the window at
+the same frequency, and keep its size and phase. A gear's lines do not count (see `orders`), nor
+does one of several: what happens to a joint in each period of a motion has lines at its multiples.
 """
 
 from __future__ import annotations
@@ -30,22 +29,22 @@ from urdyn.diagnose.swings import (
 from urdyn.model.friction import GEAR_RATIO
 from urdyn.types import Array, Mask
 
-LEFT, TORQUE, SPEED = range(3)  # signals: what the model leaves, torque as measured, speed
+LEFT, TORQUE, SPEED = range(3)  # signals: torque residual, measured torque, speed
 TORQUES = slice(LEFT, SPEED)
-WINDOWS = {0.9: 0.125, 3.6: 0.25, 14.4: 1.0}  # [s], and from one look to the next
-EARLY = 0.9  # [-] of that time, from which on rows are the next look: stamps are not quite even
+WINDOWS = {0.9: 0.125, 3.6: 0.25, 14.4: 1.0}  # [s], and time between looks [s]
+EARLY = 0.9  # [-] of that time, after which the next look is due: stamps are uneven
 HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
-LEARNT = 0.18  # [-] share of the usual spectrum, over a window's time; of the first looks theirs
-LOUD = 4.0  # [-] times what is usual: what is, may be the fault, and is learnt slowly as that much
-HALVES = 5.0  # [-] times its neighbours that the line stands out in each half
-MOVES = 0.1  # [-] of a line's torque, what its own motion takes of a drive that rings
-SEEN = 0.2  # [-] of its amplitude that noise may be blamed for: less is not seen in a quarter
-APART = 0.5  # [-] of its amplitude that is left beside what follows a motor's angle
-ODD = 3, 5  # multiples of a swing that friction makes as it turns over
-ROOT = 0.15  # [-] of a bin by which such a swing may be off its multiple's share
-BAND = 0.06  # [-] about the gear's lines that does not count
-NEAR = 1.0  # [Hz] that the same line may differ by: what a gear makes moves with its speed
-STEADY = 0.2  # [-] of its speed by which a joint that makes a line may vary it
+LEARNT = 0.18  # [-] share in the usual spectrum per window's time; the first looks count evenly
+LOUD = 4.0  # [-] times the usual: louder may be a fault, and is clipped here and learnt slowly
+HALVES = 5.0  # [-] times its neighbours that the line must reach in each half
+MOVES = 0.1  # [-] share of a ringing drive's line torque that its own motion takes
+SEEN = 0.2  # [-] of its amplitude that noise may explain in a quarter
+APART = 0.5  # [-] of its amplitude that must remain without what follows a motor's angle
+ODD = 3, 5  # multiples of a swing that friction's reversal makes
+ROOT = 0.15  # [-] of a bin by which such a swing may differ from line / order
+BAND = 0.06  # [-] about the gear's lines that is excluded
+NEAR = 1.0  # [Hz] by which the same line may differ: a gear's line moves with its speed
+STEADY = 0.2  # [-] of its speed by which a joint that makes a line may vary
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,17 +53,17 @@ class Line:
 
     joint: int
     frequency: float  # [Hz]
-    ratio: float  # [-] of its power to what is usual
+    ratio: float  # [-] of its power to the usual
     sizes: Array  # (4,) [N·m] its amplitude by quarter
 
 
 @dataclass(frozen=True, eq=False)
 class Usual:
-    """What a window's spectrum is like as a rule."""
+    """A window's usual spectrum."""
 
-    power: Array  # (3, F, J); of no size before one was heard
-    looks: float = 0.0  # that it was learnt in
-    due: float = -np.inf  # [s] when the next is
+    power: Array  # (3, F, J); empty before the first
+    looks: float = 0.0  # number of looks learnt from
+    due: float = -np.inf  # [s] when the next look is
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +77,7 @@ class LineSearch:
     def look(
         self, before: Usual, window: float, t: Array, signals: Array
     ) -> tuple[Usual, list[Line]]:
-        """A window's spectrum as a rule with this one in it, and the lines that last in it."""
+        """The usual spectrum updated with this window, and the lines that last in it."""
         f = self._frequencies(t)
         whole = spectrum(signals, len(f))
         usual = before.power if before.looks else whole
@@ -95,7 +94,7 @@ class LineSearch:
         return after, [self._root(line, t, signals) for line in lines]
 
     def _frequencies(self, t: Array) -> Array:
-        """Of a window's spectrum, (F,) [Hz]: as many in each, of rows as far apart as here.
+        """Frequencies of a window's spectrum, (F,) [Hz]: a fixed number, by the rows' own step.
 
         A recorder's steps of 10 and 12 ms are 10.7 in the mean, which is a bin in sixteen.
         """
@@ -104,11 +103,11 @@ class LineSearch:
         return np.asarray(nominal[nominal <= HIGHEST] * self.period / step, dtype=np.float64)
 
     def _lines(self, t: Array, signals: Array, f: Array, ratio: Array, apart: Array) -> list[Line]:
-        """That of each joint in which there is one, alone.
+        """The line of each joint that has one, alone.
 
         Args:
             f: frequencies, (F,) [Hz].
-            ratio: of the spectrum to what is usual, (3, F, J).
+            ratio: of the spectrum to the usual, (3, F, J).
             apart: of torques to their neighbours, (F, J).
         """
         allowed = self._allowed(f, signals[SPEED])
@@ -142,7 +141,7 @@ class LineSearch:
         """The line of joint j that lasts; None where none does.
 
         Args:
-            ratio: of the spectra of its signals to what is usual, (3, F).
+            ratio: of its signals' spectra to the usual, (3, F).
             halves: how far lines stand out in each half, (3, F') both.
         """
         least = (self.rule.least, self.rule.least, self.rule.swing)
@@ -183,16 +182,16 @@ class LineSearch:
         f: Array,
         ratio: Array,
     ) -> Line:
-        """The line of joints that ring together: that of the drive that does most.
+        """The line of joints that ring together: that of the drive with most torque.
 
-        Of those in which it stands out, whether or not it passes all other tests there, and which
-        have no other line of their own; and most to move itself, where one does: another, that
-        holds its joint still, may have more to do.
+        Among those in which it stands out, whether or not it passes all other tests there, and
+        which have no other line of their own; by the torque that moves the drive itself, where
+        there is any: another, which holds its joint still, may need more.
 
         Args:
-            same: what is seen of this line, the clearest first.
-            seen: what is seen of all lines.
-            ratio: of torques to what is usual, (F, J).
+            same: this line in each joint, the clearest first.
+            seen: all lines.
+            ratio: of torques to the usual, (F, J).
         """
         clearest = same[0]
         frequency, torque = clearest.frequency, signals[TORQUE]
@@ -211,16 +210,17 @@ class LineSearch:
         loudest = int(drives[np.argmax(own if own.max() > MOVES * whole.max() else whole)])
         if loudest == clearest.joint:
             return clearest
-        # What it shakes may ring a little beside it.
+        # Joints that it shakes may ring at slightly another frequency.
         frequency = refined(torque[:, loudest], t, f[at], f[1])
         sizes = course(torque[:, loudest], t, frequency)
         return Line(loudest, frequency, clearest.ratio, sizes)
 
     def _root(self, line: Line, t: Array, signals: Array) -> Line:
-        """The swing below all lines of which this one is an odd multiple, where it is one.
+        """The slow swing of which this line is an odd multiple, if it is one; or this line.
 
-        Friction turns over with its joint, and makes them of a swing that is too slow for a line:
-        the joint swings at that in earnest, and faster than at the multiple.
+        Friction reverses with its joint, and so makes odd multiples of a swing too slow to be a
+        line
+        itself: the joint then swings at that frequency, and faster than at the multiple.
         """
         v, torque = signals[SPEED, :, line.joint], signals[TORQUE, :, line.joint]
         width, speed = 1.0 / float(t[-1] - t[0]), amplitude(v, t, line.frequency)
@@ -240,7 +240,7 @@ class LineSearch:
         lo, hi = np.abs(v).min(axis=0), np.abs(v).max(axis=0)
         for order in GEAR:
             a, b = (order * GEAR_RATIO / (2.0 * np.pi) * x for x in (lo, hi))
-            # a gear that turns faster than half the rate is heard folded back
+            # a gear's line above half the rate is aliased
             for low, high in ((a, b), (2.0 * nyquist - b, 2.0 * nyquist - a)):
                 steady = hi - lo < STEADY * hi
                 near = (f[:, None] > (1.0 - BAND) * low) & (f[:, None] < (1.0 + BAND) * high)
@@ -249,7 +249,7 @@ class LineSearch:
 
 
 def _together(seen: Sequence[Line]) -> list[list[Line]]:
-    """Lines of one frequency, which one loop makes: it shakes other joints, too. Clearest first."""
+    """Lines of one frequency, made by one loop, which shakes other joints too; clearest first."""
     together = list[list[Line]]()
     for line in sorted(seen, key=lambda line: line.ratio, reverse=True):
         for same in together:
@@ -262,7 +262,7 @@ def _together(seen: Sequence[Line]) -> list[list[Line]]:
 
 
 def _learnt(before: Usual, whole: Array, ringing: Mask, window: float, t: float) -> Usual:
-    """What is usual after another spectrum (3, F, J) at t [s]; of joints that ring as before."""
+    """The usual spectrum after another (3, F, J) at t [s]; that of ringing joints is kept."""
     usual, looks = before.power if before.looks else whole, before.looks + 1.0
     slow = LEARNT * WINDOWS[window] / window
     gain = np.where(whole > LOUD * usual, slow, max(slow, 1.0 / looks))

@@ -1,10 +1,10 @@
-"""What a stretch of work says against the commissioned model, row by row.
+"""A stretch of work compared with the commissioned model, row by row.
 
     r = i - i_commissioned(q, v, a, T)  =  H x + noise        x: how far the arm strayed
 
-H are the derivatives of the observation model at the commissioned arm, with the accelerations of
-the instrument: noise of a is in r too, and would be taken for a lack of inertia, above all of what
-is carried [Soderstrom2002]_. The model is held: nothing here learns.
+H are the derivatives of the observation model at the commissioned arm, with the instrumental
+variable's accelerations: noise of a is in r too, and would be taken for a lack of inertia, above
+all of the payload [Soderstrom2002]_. The model is held: nothing here learns.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from urdyn.types import Array, Mask, Motion
 OWN = ("f", "alpha", "beta", "z", "o", "rotor")  # states that move the current of their joint alone
 COULOMB, STRUCTURAL, HEALTH, ROTOR = (OWN.index(name) for name in ("f", "beta", "z", "rotor"))
 SLIDING_DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides; more where it creeps
-SMEARED = 0.15  # [-] of a row, by which kinematics that are estimated may be off
+SMEARED = 0.15  # [-] of a row, by which estimated kinematics may be off
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Moments of work, beside what the commissioned arm would have taken."""
+    """Moments of work, with the commissioned arm's currents."""
 
     t: Array  # (N,) [s]
     q: Array  # (N, J) [rad]
@@ -38,11 +38,11 @@ class Rows:
     current: Array  # (N, J) [A] as measured
     predicted: Array  # (N, J) [A] of the commissioned arm
     tool: Array  # (N, J, 10) [A] per unit of payload, with the accelerations of `predicted`
-    rigid: Array  # (N, J, c) [A] per unit of k, m, payload, with the instrument's
+    rigid: Array  # (N, J, c) [A] per unit of k, m, payload, with instrumental accelerations
     drive: Array  # (N, 6, J) [A] per unit of the own joint's states, as in OWN; likewise
-    doubt: Array  # (N, J) [A] sd of what nobody knows of the bristles
-    settled: Mask  # (N, J) slides on bristles that are known
-    warm: Array  # (N, 3, J) as `warmth.unknowns` has it
+    doubt: Array  # (N, J) [A] sd of the bristles' unknown part
+    settled: Mask  # (N, J) slides on known bristles
+    warm: Array  # (N, 3, J) as `warmth.unknowns` takes it
     shift: Array  # (N, J) [rad] by which the encoder's zero jumped
 
     def __len__(self) -> int:
@@ -59,11 +59,11 @@ class Rows:
 
 
 def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmth) -> Rows:
-    """What a motion says against the commissioned arm.
+    """A motion compared with the commissioned arm.
 
     Args:
         s: presliding state, (N, J) [-].
-        travelled: way of each joint since its bristles were unknown, (N, J) [rad].
+        travelled: travel of each joint since its bristles were unknown, (N, J) [rad].
         warmth: of the joints after the last row.
     """
     drive, arm = space.reference.drive, space.arm
@@ -74,7 +74,7 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
     Y, Z = arm.regressor(q, v, a), arm.regressor(q, v, instrument)
     load, likewise = Y @ arm.inertials.ravel(), Z @ arm.inertials.ravel()
     at = Contact(q, v, motion.temperature, load, s)
-    besides = [name for name in FRICTION if name != "structural"]  # that rides on the load
+    besides = [name for name in FRICTION if name != "structural"]  # that depends on the load
     rest = friction_torque(at, drive, besides, {"viscous": soft})
     per = 1.0 / drive.gain
     held = drive.structural * np.sign(load) * s
@@ -112,14 +112,14 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
 
 
 def _warm(warmth: Warmth, drive: Drive) -> Array:
-    """How warm joints are, as `warmth.unknowns` has it, (3, J); NaN: nobody measures that."""
+    """Joint temperatures, as `warmth.unknowns` takes them, (3, J); NaN: not measured."""
     warm = np.stack([warmth.lubricant - drive.temperature, warmth.slope, warmth.left])
     warm[:, np.isnan(warm[0])] = np.nan
     return warm
 
 
 def _doubt(drive: Drive, v: Array, load: Array, predicted: Array) -> Array:
-    """What nobody knows of the bristles, and of kinematics that are smeared, sd (N, J) [A]."""
+    """Uncertainty from the bristles, and from smeared kinematics, sd (N, J) [A]."""
     grip = drive.coulomb + drive.structural * np.abs(load)
     doubt = (SLIDING_DOUBT + presliding_doubt(v)) * grip * (1.0 / drive.gain)
     if len(v) > 1:
@@ -128,7 +128,7 @@ def _doubt(drive: Drive, v: Array, load: Array, predicted: Array) -> Array:
 
 
 def joined(parts: tuple[Rows, ...]) -> Rows:
-    """Rows one after the other."""
+    """Rows concatenated."""
     if len(parts) == 1:
         return parts[0]
     return Rows(
@@ -137,7 +137,7 @@ def joined(parts: tuple[Rows, ...]) -> Rows:
 
 
 def derivatives(rigid: Array, drive: Array) -> Array:
-    """H, (N, J, n), of its columns that joints share (N, J, c) and of their own (N, K, J)."""
+    """H, (N, J, n), from columns that joints share (N, J, c) and their own (N, K, J)."""
     N, J, c = rigid.shape
     K = drive.shape[1]
     H = np.zeros((N, J, c + K * J))

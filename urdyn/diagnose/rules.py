@@ -1,4 +1,4 @@
-"""Rules as data: what is healthy, and which evidence is called what."""
+"""Rules as data: what is healthy, and how evidence is named."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from urdyn.types import Array
 JOINT_STATES = ("f", "alpha", "beta", "z", "k", "o", "rotor")
 PAYLOAD_STATES = ("mass", "mx", "my", "mz")  # [kg], [kg·m]
 
-JUMPS = "encoder_offset"  # a slow kind that is a fast one where it comes at once
+JUMPS = "encoder_offset"  # a slow kind that is fast where it comes at once
 LEVELS = ("least", "warning", "critical")
-# Whose change it is: what the tool carries; what a drive is still worth, of which current is the
-# inverse; what a current sensor tells of a current; any other state of a joint, as it is.
+# What changes: the payload; a drive's health, inverse to current; a current sensor's gain; any
+# other state of a joint, as it is.
 FAMILIES = ("payload", "health", "sensor", "joint")
 NYQUIST = 250.0  # [Hz] of the fastest recordings
-HUGE = 1e100  # from which on a number's powers are beyond all
+HUGE = 1e100  # beyond which a number's powers overflow
 NUMBER = "finite number"
 
-# What a slow kind's table may say, and of which sort.
+# Keys of a slow kind's table, and their types.
 SLOW: Mapping[str, Any] = {
     "change": {},
     "least": 0.0,
@@ -50,7 +50,7 @@ SLOW: Mapping[str, Any] = {
 Range = tuple[Callable[[float], bool], str]
 NOT_NEGATIVE: Range = (lambda x: x >= 0.0, "0 or more")
 ABOVE_ZERO: Range = (lambda x: x > 0.0, "above 0")
-# What a number may be, by its name; any other is not negative.
+# Ranges of numbers, by name; any other is not negative.
 RANGES: Mapping[str, Range] = {
     **dict.fromkeys(("hours", "shift", "promise", "least", "threshold"), ABOVE_ZERO),
     **dict.fromkeys(("lasting", "noisy", "recurs"), ABOVE_ZERO),
@@ -65,11 +65,11 @@ RANGES: Mapping[str, Range] = {
 
 @dataclass(frozen=True)
 class SlowKind:
-    """A direction of change that is followed over windows."""
+    """A direction of change that is tracked over windows."""
 
     name: str
     change: Mapping[str, float]  # state -> sd of a change; the first one measures it
-    least: float  # size of that one's change from which on it is told
+    least: float  # size of that state's change from which it is reported
     warning: float
     critical: float
     sign: int = 0  # which way it goes; 0: either
@@ -79,28 +79,28 @@ class SlowKind:
     quantity: str = ""
     unit: str = ""
     advice: str = ""
-    looks_like: str = ""  # what nothing in a recording tells from it
-    hold: float = 0.0  # [s] of motion, after which a payload that is carried is there to stay
-    hold_lighter: float = 0.0  # [s] the same where it is lighter than nothing
+    looks_like: str = ""  # what no recording distinguishes from it
+    hold: float = 0.0  # [s] of motion, after which a payload counts as lasting
+    hold_lighter: float = 0.0  # [s] the same where it is lighter than before
 
     @property
     def of_tool(self) -> bool:
-        """A change of what the tool carries is nobody's joint."""
+        """A change of the payload, which belongs to no joint."""
         return self.family == "payload"
 
     @property
     def of_health(self) -> bool:
-        """Current goes as the inverse of what it measures."""
+        """A change of health, to which current is inverse."""
         return self.family == "health"
 
     @property
     def of_sensor(self) -> bool:
-        """A drive that needs less current for all that it does is none: so much less is told."""
+        """A change of a sensor's gain: no drive itself needs less current throughout."""
         return self.family == "sensor"
 
     @property
     def of_friction(self) -> bool:
-        """Its size is that of all friction of its joint, whichever term grows."""
+        """A change of friction, sized by all friction of its joint, whichever term grows."""
         return self.finding_kind == "friction_increase"
 
     @property
@@ -111,7 +111,7 @@ class SlowKind:
 
 @dataclass(frozen=True)
 class Noise:
-    """The part of a residual's colour that outlasts a log's own noise model."""
+    """The part of a residual's colour that is slower than a log's own noise model."""
 
     share: float  # [-] of the variance
     lasting: float  # [s]
@@ -119,26 +119,26 @@ class Noise:
 
 @dataclass(frozen=True)
 class Rules:
-    """A library of them."""
+    """A set of rules."""
 
-    hours: float  # [h] to a false alarm, at least, on the average
-    shift: float  # [h] that a run counts for
+    hours: float  # [h] mean time to a false alarm, at least
+    shift: float  # [h] that a run counts as
     healthy: Mapping[str, Mapping[str, float]]  # state -> day, hour, window
-    warmth: Mapping[str, float]  # sd of what nobody knows of it
-    friction: Mapping[str, float]  # day: sd of all of a joint's [-]
+    warmth: Mapping[str, float]  # sd of its unknowns
+    friction: Mapping[str, float]  # day: sd of a joint's total [-]
     noise: Noise
     slow: tuple[SlowKind, ...]
     fast: FastRules
-    costs: Costs  # by which a service is recommended
-    named: Mapping[str, Sequence[int]]  # by kind, findings of campaigns that were right, and all
+    costs: Costs  # for recommending a service
+    named: Mapping[str, Sequence[int]]  # by kind, right findings of campaigns, and all
 
     @property
     def jump(self) -> float:
-        """[rad] from which on an encoder's zero that jumps is told: as one that creeps."""
+        """Least jump [rad] of an encoder's zero that is reported: the same as for creep."""
         return next(kind.least for kind in self.slow if kind.name == JUMPS)
 
     def levels(self, kind: str) -> Levels:
-        """From which size on a kind matters that shows at once."""
+        """The sizes from which a fast kind matters."""
         slow = {each.name: each for each in self.slow}
         return levels_of(vars(self.fast).get(kind) or slow[kind])
 
@@ -151,15 +151,15 @@ class Rules:
 
 
 def unit(space: Space, state: str) -> Array | float:
-    """What one of a state is in the filter's: offsets count in Coulomb frictions."""
+    """The rules' unit of a state in the filter's: offsets are in units of Coulomb friction."""
     return space.reference.drive.coulomb if state == "o" else 1.0
 
 
 def read_rules(path: str | Path | None = None) -> Rules:
-    """The rules in a file; those of the house where none is named.
+    """The rules in a file; the package's own where none is given.
 
     Raises:
-        InputError: it is no such file; says where and why.
+        InputError: it is no rules file; says where and why.
     """
     house = load_toml(Path(__file__).with_name("rules.toml"))
     if path is None:
@@ -179,7 +179,7 @@ def read_rules(path: str | Path | None = None) -> Rules:
 
 
 def _check_like(own: Mapping[str, Any], house: Mapping[str, Any], where: str) -> None:
-    """Names and sorts of values are as in the house's table, and numbers what they may be."""
+    """InputError unless names and types are as in the package's table, and numbers in range."""
     for name, value in own.items():
         if name not in house:
             raise InputError(f"{where} has {name}; there is {', '.join(house)}")
@@ -200,7 +200,7 @@ def _sort(value: Any) -> str:
 
 
 def _kind(own: Any, house: Mapping[str, Any], where: str) -> Mapping[str, Any]:
-    """What a plant says of a kind, and the house of the rest of it."""
+    """A plant's table of a kind, completed from the package's."""
     if not isinstance(own, dict):
         raise InputError(f"{where} is a table")
     merged = {**house, **own}
@@ -270,9 +270,9 @@ def _slow(name: str, of: dict[str, Any], path: str) -> SlowKind:
 
 
 def _family(of: Mapping[str, Any]) -> str:
-    """That of a kind that does not say so, by the state that measures it."""
+    """Family of a kind that does not name it, by the state that measures it."""
     first = next(iter(of["change"]))
-    if first == "z":  # a drive that needs less current for all that it does is none
+    if first == "z":  # no drive needs less current for everything
         return "sensor" if of.get("sign", 0) > 0 else "health"
     return "payload" if first in PAYLOAD_STATES else "joint"
 

@@ -1,4 +1,4 @@
-"""A current sensor that tells something else than the current: stuck, silent, noisy or erratic.
+"""A current sensor that does not report the current: stuck, silent, noisy or erratic.
 
 One that clips is stuck wherever the current is beyond its limit, and nowhere else.
 
@@ -22,53 +22,53 @@ from urdyn.tracking.joint_motion import STANDING
 from urdyn.types import Array, Mask
 
 MODES = ("stuck", "dropped", "noisy", "erratic")
-PASSING = MODES[:3]  # those of which it shows that they are over
-# Rows at least, however far apart: a few repeat one value, or are lost, by chance.
+PASSING = MODES[:3]  # those whose end shows
+# Least rows, at any rate: a few repeat one value, or are lost, by chance.
 SAME, LOST = 8.0, 3.0
-COARSE = 0.06  # [s] between rows; further apart, neighbours tell of the motion
-BELIEVED = 2.0  # [s] without a sign of illness, after which a sensor is believed again
-HEALED = 5.0  # [s] the same, after which it is said to be well
-NOTHING = 8.0  # [-] times the noise that is asked for, where a value of 0 tells nothing
-SOMETHING = 3.0  # [-] the same of two: what is rounded coarsely is 0 now and then where less is
-# [s] between rows, at most: no push of the arm is over within one, and no loop rings so
+COARSE = 0.06  # [s] between rows; further apart, neighbours differ by the motion
+BELIEVED = 2.0  # [s] without a sign of a fault, after which a sensor is trusted again
+HEALED = 5.0  # [s] the same, after which it is reported well
+NOTHING = 8.0  # [-] predicted current over noise, beyond which a value of 0 is invalid
+SOMETHING = 3.0  # [-] the same for two in a row: coarse rounding gives 0 now and then below this
+# [s] most between rows: no push is over within one, and no loop rings so fast
 CLOSE = 0.025
-# [-] times the sd of noise: single values that are far off are a part of it, and no push shows.
+# [-] times the sd of noise, beyond which single outliers are part of it, and no push shows.
 UNSTEADY = 2.0
-SOUND = 1.6  # [-] times the usual noise, up to which a sensor is about as ever
-FADES = 0.5  # [-] of the time for which noise is usual, that this takes off the time before
-OFTEN, WITHIN = 5.0, 5.0  # values that are none within [s], from which on a sensor is erratic
-CLIPS = 2.0  # times that a sensor is stuck as far from zero, from which on that is its limit
-FEW = 0.5  # values that are hardly remembered: the next one begins anew
+SOUND = 1.6  # [-] times the usual noise, up to which a sensor is about as usual
+FADES = 0.5  # [-] share of a time of usual noise that is subtracted from the loud time
+OFTEN, WITHIN = 5.0, 5.0  # invalid values within [s], beyond which a sensor is erratic
+CLIPS = 2.0  # times stuck equally far from zero, from which that is its limit
+FEW = 0.5  # invalid values, nearly forgotten: the next one starts again
 
 
 @dataclass(frozen=True, eq=False)
 class Felt:
-    """What sensors did of late."""
+    """Recent behaviour of sensors."""
 
     last: Array  # (J,) [A]
-    heard: Mask  # (J,) whether it ever told a value
-    same: Array  # (J,) rows that the value was the same
-    began: Array  # (J,) [s] of that
+    heard: Mask  # (J,) whether it ever gave a value
+    same: Array  # (J,) rows for which the value was the same
+    began: Array  # (J,) [s] begin of that
     slid: Array  # (J,) rows of it in which the joint slid
-    held: Array  # (J,) [A] the value at which it was stuck last; NaN: it was not
-    froze: Array  # (J,) [s] when it began to be
-    again: Array  # (J,) how often it was stuck that far from zero, and told nothing beyond
-    other: Mask  # (J,) whether it told another value since
-    beyond: Mask  # (J,) whether it told anything further from zero since
+    held: Array  # (J,) [A] the value at which it was last stuck; NaN: never
+    froze: Array  # (J,) [s] when that began
+    again: Array  # (J,) how often it was stuck that far from zero, with no value beyond
+    other: Mask  # (J,) whether it has given another value since
+    beyond: Mask  # (J,) whether it has given a value further from zero since
     silent: Array  # (J,) rows without a value
-    went: Array  # (J,) [s] of that
-    fell: Array  # (J,) [s] of the last that was long enough to be told
-    company: Array  # (J,) joints that fell silent with it, itself too, at the fewest
-    left: Array  # (n, J) [A] residuals of late, where a beat has few rows
+    went: Array  # (J,) [s] begin of that
+    fell: Array  # (J,) [s] begin of the last long enough to be reported
+    company: Array  # (J,) fewest joints that fell silent together, itself included
+    left: Array  # (n, J) [A] recent residuals, where a beat has few rows
     rough: Array  # (J,) [A] their noise
-    loud: Array  # (J,) [s] for which that was too much; all of it where it was so by far
+    loud: Array  # (J,) [s] for which that was too much, weighted by the excess
     grew: Array  # (J,) [s] when it was last about as usual
-    torn: Array  # (J,) values of late that are none
-    tore: Array  # (J,) [s] of the first of these
+    torn: Array  # (J,) recent invalid values, decaying
+    tore: Array  # (J,) [s] time of the first of these
     ill: Array  # (4, J) [s] when each mode was last seen; -inf: never
-    told: Mask  # (4, J) whether that was told
-    times: Array  # (J,) how often it was silent for long enough to be told
-    longest: Array  # (J,) [s] the longest of these
+    told: Mask  # (4, J) whether that was reported
+    times: Array  # (J,) how often it was silent for long enough to be reported
+    longest: Array  # (J,) [s] longest of these silences
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,21 +114,21 @@ class SensorHealth:
         )
 
     def unsteady(self, state: Felt) -> Mask:
-        """Joints whose sensor is so noisy that little is told by single values, (J,)."""
+        """Joints whose sensor is so noisy that single values show little, (J,)."""
         return np.asarray(state.rough > UNSTEADY * self.space.noise)
 
     @cached_property
     def usual(self) -> Array:
-        """How noisy sensors are between neighbours as a rule, (J,) [A]."""
+        """Usual noise of sensors between neighbours, (J,) [A]."""
         covariance = self.space.covariance(2 * max(signs.APARTS), self.period)
         return signs.usually(covariance, self.space.colour.dof)
 
     def torn(self, rows: Rows) -> Mask:
-        """Values that are none, (N, J): 0 where much is asked for, or far from all beside them.
+        """Invalid values, (N, J): 0 where much is predicted, or far from all neighbours.
 
-        Of a joint that slides two in a row are none where anything is asked for at all.
+        For a sliding joint two zeros in a row are invalid where any current is predicted.
 
-        One joint at a time is its sensor's, all at once an arm without power; some are a push.
+        One joint alone is its sensor's fault, all at once an arm without power; several are a push.
         """
         zero, asked = rows.current == 0.0, np.abs(rows.predicted) / self.space.noise
         torn: Mask = zero & (asked > NOTHING)
@@ -141,12 +141,12 @@ class SensorHealth:
     def step(
         self, state: Felt, rows: Rows, torn: Mask, ringing: Mask
     ) -> tuple[Felt, list[Event], Mask]:
-        """A beat on; also which joints' values are not to be believed now, (J,).
+        """One beat on; also which joints' values are not trusted now, (J,).
 
         Args:
-            rows: without the values that are none.
-            torn: these, (N, J); those that nobody told are seen here.
-            ringing: joints whose loop is known to ring, (J,): no sensor is noisy for that.
+            rows: without the invalid values.
+            torn: where these are, (N, J); single lost values are added here.
+            ringing: joints whose loop is known to ring, (J,): their sensors do not count as noisy.
         """
         torn = torn | signs.lapses(state.last, rows.current)
         clipped = state.again >= CLIPS
@@ -156,8 +156,8 @@ class SensorHealth:
         left = np.concatenate([state.left, rows.residual])[-max(signs.ENOUGH, len(rows)) :]
         rough = signs.rough(state.rough, left) if self.period < COARSE else state.rough
         over = signs.noisier(rough / self.usual) / self.rule.noisy
-        weight = np.clip(over**2 - 1.0, -FADES, 1.0)  # a joint that rattles is a little over
-        # One that was noisy for an hour is believed as soon as one that was for seconds.
+        weight = np.clip(over**2 - 1.0, -FADES, 1.0)  # a joint that rattles is slightly over
+        # One that was noisy for an hour is trusted as soon as one that was for seconds.
         most = self.rule.lasting + FADES * BELIEVED
         lasted = np.clip(state.loud + weight * len(rows) * self.period, 0.0, most)
         loud = np.where(ringing, 0.0, lasted)
@@ -171,20 +171,20 @@ class SensorHealth:
         sick = now - ill < BELIEVED
         state, found = self.well(replace(state, ill=ill), now)
         for m, mode in enumerate(MODES):
-            anew = clips & (mode == "stuck")  # what it is shows only now
+            anew = clips & (mode == "stuck")  # its kind shows only now
             for j in np.flatnonzero(sick[m] & (anew | ~state.told[m])):
-                # A sensor that is ill is one fault; whose silences are many and short is erratic.
+                # A faulty sensor is one fault; one with many short silences is erratic.
                 if anew[j] or mode == "erratic" or not (sick[:, j] & state.told[:, j]).any():
                     found += [self._event(state, mode, int(j), now)]
-        untrue = sick[: MODES.index("erratic")].any(axis=0)  # what is left of that is a current
+        untrue = sick[: MODES.index("erratic")].any(axis=0)  # others of an erratic one are currents
         return replace(state, told=sick), found, np.asarray(untrue)
 
     def well(self, state: Felt, now: float, enough: float = HEALED) -> tuple[Felt, list[Event]]:
-        """Without what sensors had that show no sign of it for `enough` [s], and events of these.
+        """Without faults that have shown no sign for `enough` [s], and events for these.
 
-        A sensor that is stuck shows it where its joint slides, and may be so elsewhere; and one
-        that has told nothing beyond the value at which it was may clip there. Nobody knows of one
-        that is erratic that it is not.
+        A stuck sensor shows only where its joint slides, and may be stuck elsewhere; and one that
+        has given nothing beyond the value at which it stuck may clip there. The end of an erratic
+        one never shows.
         """
         ill, tells = state.ill, np.isfinite(state.last) & (state.same < SAME)
         over = np.isfinite(ill) & (now - ill >= enough) & tells
@@ -207,13 +207,13 @@ class SensorHealth:
         return replace(state, ill=np.where(over, -np.inf, ill)), events
 
     def _signs(self, state: Felt, rows: Rows) -> tuple[Felt, Array]:
-        """Rows one by one: how long nothing changed, and how long nothing was told."""
+        """Row by row, for how long the value was unchanged, and for how long there was none."""
         current = rows.current
         there = np.isfinite(current)
         before = np.vstack([state.last, current[:-1]])
         repeated = current == before
         sliding = repeated & (np.abs(rows.v) > STANDING)
-        missing = ~there & there.any(axis=1, keepdims=True)  # a gap of the log is nobody's fault
+        missing = ~there & there.any(axis=1, keepdims=True)  # a gap of the log is no sensor's fault
         same, began = signs.runs(repeated, rows.t, state.same, state.began)
         slid, _ = signs.runs(sliding, rows.t, state.slid, state.began)
         silent, went = signs.runs(missing, rows.t, state.silent, state.went)
@@ -239,7 +239,7 @@ class SensorHealth:
         return after, np.stack([stuck.any(axis=0), dropped.any(axis=0)])
 
     def _tore(self, state: Felt, t: Array, torn: Mask) -> Felt:
-        """With the values of a beat that are none, which count ever less as time goes by."""
+        """With the invalid values of a beat; their count decays with time."""
         kept = np.exp(-len(t) * self.period / WITHIN) * state.torn
         own = torn & signs.single(torn)
         first = (kept < FEW) & own.any(axis=0)
@@ -267,7 +267,7 @@ class SensorHealth:
         )
 
     def _noisy(self, state: Felt, j: int, now: float) -> Event:
-        """A sensor whose noise is a current as large as a part of what friction takes."""
+        """The event of a noisy sensor, its size relative to Coulomb friction."""
         rough, usual = float(state.rough[j]), float(self.usual[j])
         drive = self.space.reference.drive
         own = float(np.sqrt(max(state.rough[j] ** 2 - usual**2, 0.0)))
@@ -278,12 +278,12 @@ class SensorHealth:
             alarm=now,
             size=own * float(drive.gain[j] / drive.coulomb[j]),
             evidence={"mode": "noisy", "noise_A": rough, "usual_A": usual},
-            within=len(state.left) * self.period,  # noisy for a part of that it may look as usual
+            within=len(state.left) * self.period,  # noisy for a part of that, it may look usual
         )
 
 
 def _silences(state: Felt, j: int) -> dict[str, float]:
-    """How often a sensor was silent so far, for how long at most, and with how many others."""
+    """How often a sensor has been silent, for how long at most, and with how many others."""
     return {
         "ever_heard": bool(state.heard[j]),
         "times": int(state.times[j]),
@@ -293,10 +293,10 @@ def _silences(state: Felt, j: int) -> dict[str, float]:
 
 
 def _stuck(state: Felt, current: Array, told: Mask) -> Felt:
-    """With the values that sensors are found to be stuck at, and what they told in between.
+    """With the values at which sensors are found stuck, and those in between.
 
     Args:
-        told: where one is, (N, J).
+        told: where one is found stuck, (N, J).
     """
     new = told.any(axis=0)
     held = np.where(new, signs.last_of(current, told), state.held)
@@ -315,5 +315,5 @@ def _stuck(state: Felt, current: Array, told: Mask) -> Felt:
 
 
 def _differs(current: Array, held: Array) -> Mask:
-    """Values that are another than that, (N, J)."""
+    """Values other than that, (N, J)."""
     return np.asarray(np.isfinite(current) & (current != held))

@@ -1,4 +1,4 @@
-"""What single rows of currents show of their sensors: runs of one sign, values far off, noise."""
+"""Signs of sensor faults in rows of currents: runs, outliers, noise."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from scipy.special import stdtrit
 
 from urdyn.types import MAD_TO_SD, Array, Index, Mask
 
-ENOUGH = 24  # rows at least that tell of noise
-# Times the noise that a single value is apart from two to each side, and that these are at most
-# from each other. What all of them share, as of another load, is nothing of the value.
+ENOUGH = 24  # rows needed to estimate noise
+# Times the noise by which a single value differs from two on each side, and most by which these
+# differ from each other. A shift that all share, as of another load, does not count.
 APART, USUAL = 10.0, 4.0
 APARTS = (1, 2, 3)  # rows; in one of them no tone is louder than 1.2 times its sd
 SECOND = np.sqrt(6.0)  # sd of second differences of white noise, over its own
 
 
 def noisier(ratio: Array) -> Array:
-    """How much noisier each joint is than any other: an arm that shakes is no sensor."""
+    """How much noisier each joint is than any other: an arm that shakes is no sensor fault."""
     ratio = np.nan_to_num(ratio)
     order = np.argsort(ratio)
     others = np.full_like(ratio, ratio[order[-1]])
@@ -25,20 +25,20 @@ def noisier(ratio: Array) -> Array:
 
 
 def lapses(last: Array, current: Array) -> Mask:
-    """Where a joint alone begins to tell nothing, (N, J), after a row in which it did.
+    """Where one joint alone has no value, (N, J), after a row in which it had.
 
     Args:
-        last: what was told in the row before, (J,) [A].
+        last: values of the row before, (J,) [A].
     """
     missing = np.isnan(np.vstack([last, current]))
     return np.asarray(missing[1:] & ~missing[:-1] & single(missing[1:]))
 
 
 def off(left: Array) -> Mask:
-    """Values far from all beside them, which are about alike, (N, J); of (N, J) [-] of the noise.
+    """Values far from their neighbours, which are alike, (N, J); of (N, J) in units of noise.
 
-    Beside what is not known, none: nobody could tell which of them is off. The first two and the
-    last two stand beside the four that are nearest.
+    None next to unknown values, where the outlier is ambiguous. The first two and the last two are
+    compared with the nearest four.
     """
     n, row = len(left), np.arange(len(left))[:, None]
     if n < 5:
@@ -50,21 +50,21 @@ def off(left: Array) -> Mask:
 
 
 def paired(sign: Mask) -> Mask:
-    """Where a sign is in the row before or after, too, (N, J)."""
+    """Where a sign is also in the row before or after, (N, J)."""
     before, after = np.pad(sign, ((1, 0), (0, 0)))[:-1], np.pad(sign, ((0, 1), (0, 0)))[1:]
     return np.asarray(sign & (before | after))
 
 
 def single(torn: Mask) -> Mask:
-    """Rows in which one joint's value is none, (N, 1)."""
+    """Rows in which exactly one joint's value is invalid, (N, 1)."""
     return np.asarray(np.count_nonzero(torn, axis=1, keepdims=True) == 1)
 
 
 def rough(before: Array, residual: Array) -> Array:
-    """Noise between neighbours [A], from which no motion, no single jump and no tone is seen.
+    """Noise between neighbours [A], insensitive to motion, single jumps and tones.
 
-    Second differences of rows next to each other make a tone that turns over between them as much
-    as twice as loud; in those of rows further apart it is as good as gone.
+    Second differences of adjacent rows make a tone that alternates between them up to twice as
+    loud; in those of rows further apart it nearly vanishes.
     """
     least = np.full(residual.shape[1], np.nan)
     for apart in APARTS:
@@ -76,12 +76,12 @@ def rough(before: Array, residual: Array) -> Array:
 
 
 def usually(covariance: Array, dof: Array) -> Array:
-    """What `rough` is of noise as a rule, (J,) [A].
+    """The usual value of `rough` for noise, (J,) [A].
 
-    Of three t innovations that add up half of the excess of kurtosis is left.
+    A sum of three t innovations keeps half of their excess kurtosis.
 
     Args:
-        covariance: with itself 0 .. rows later, (rows + 1, J) [A²].
+        covariance: of the noise, 0 .. rows apart, (rows + 1, J) [A²].
         dof: of its innovations, (J,).
     """
     bent = [6.0 * covariance[0] - 8.0 * covariance[k] + 2.0 * covariance[2 * k] for k in APARTS]
@@ -91,7 +91,7 @@ def usually(covariance: Array, dof: Array) -> Array:
 
 
 def runs(sign: Mask, t: Array, before: Array, began: Array) -> tuple[Array, Array]:
-    """Rows for which a sign has lasted by each, and when that began, (N, J) each."""
+    """At each row, rows for which a sign has lasted, and when that began, (N, J) each."""
     at = np.arange(1, len(t) + 1)[:, None]
     broken = np.maximum.accumulate(np.where(sign, 0, at), axis=0)
     length = at - broken + np.where(broken == 0, before, 0.0)
@@ -101,22 +101,22 @@ def runs(sign: Mask, t: Array, before: Array, began: Array) -> tuple[Array, Arra
 
 
 def last_of(values: Array, told: Mask) -> Array:
-    """What rows say, (N, J), where a sign was told last, (J,); of joints where it was not, any."""
+    """Values (N, J) at the last row of a sign, (J,); arbitrary for joints without one."""
     return np.asarray(values[last_row(told), np.arange(values.shape[1])])
 
 
 def last_row(told: Mask) -> Index:
-    """The last row in which it was, (J,)."""
+    """The last row of a sign, (J,)."""
     return np.asarray(len(told) - 1 - np.argmax(told[::-1], axis=0))
 
 
 def together(went: Array, missing: Mask, fell: Mask) -> Array:
-    """Joints that fell silent at the same row as each that is found silent, (J,); inf: is none.
+    """Number of joints that fell silent at the same row as each found silent, (J,); else inf.
 
     Args:
         went: when each joint's silence began, (N, J) [s].
         missing: where it is silent, (N, J).
-        fell: where that is found, (N, J).
+        fell: where its silence is found, (N, J).
     """
     alike = missing[:, None, :] & (went[:, None, :] == went[:, :, None])
     return np.asarray(np.where(fell, np.count_nonzero(alike, axis=2), np.inf).min(axis=0))

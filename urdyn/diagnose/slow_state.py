@@ -1,4 +1,4 @@
-"""All that the tests of slow kinds remember from moment to moment."""
+"""All that the tests of slow kinds keep from moment to moment."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class LearntBy:
 
 @dataclass(frozen=True, eq=False)
 class SlowState:
-    """The bank, and what is on its way into it."""
+    """The bank, and what waits to enter it."""
 
     bank: Bank
     gathering: Gathering
@@ -31,16 +31,16 @@ class SlowState:
     heard: tuple[LearntBy, ...]  # after each of the last blocks, one at least
     carrying: Carrying
     recall: Recall
-    before: tuple[Bank, Recall]  # as they were when this program began
+    before: tuple[Bank, Recall]  # as they were at the start of this program
     waited: int = 0  # blocks since the alarm; 0: none
     known: tuple[Fault, ...] = ()
-    passed: tuple[Fault, ...] = ()  # that were found, and were none; the last of each suspect
+    passed: tuple[Fault, ...] = ()  # found and retracted; the last of each suspect
     likely: int | None = None  # suspect that explains the arm best, where there is one
     found: tuple[Change, ...] = ()  # in this step
 
     @property
     def suspects(self) -> tuple[int, ...]:
-        """Those that are found."""
+        """Suspects that are found."""
         return tuple(fault.suspect for fault in self.known)
 
     @property
@@ -49,6 +49,6 @@ class SlowState:
         return self.heard[-1].learnt
 
     def unheard(self, t: float) -> SlowState:
-        """With what had been learnt by the blocks up to `t` [s], as far back as that is known."""
+        """With what had been learnt by the blocks up to `t` [s], or by the oldest known."""
         heard = tuple(one for one in self.heard if one.end <= t) or self.heard[:1]
         return replace(self, heard=heard)

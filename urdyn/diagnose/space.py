@@ -1,9 +1,8 @@
 """The space in which an arm strays and faults have directions: states around the commissioned arm.
 
-k zeros [rad]; m inertials that motion can show, in standard scores; f, alpha, beta, rotor and z
-logarithms; o torque offsets [N·m]; payload ten inertials; gain logarithms of what commissioning
-got wrong about the drives' gains, which shows in what is carried besides. All are zero on the first
-day.
+k zeros [rad]; m inertials identifiable from motion, in standard scores; f, alpha, beta, rotor and z
+logarithms; o torque offsets [N·m]; payload ten inertials; gain logarithms of the error of the
+commissioned drive gains, which shows with an added load. All are zero on the first day.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ class Space:
     reference: Dynamics
     shown: Array  # (10 J, r) inertials per unit of m
     cov: Array  # (n, n) of the fit
-    colour: Noise  # of the residual, by commissioning
+    colour: Noise  # of the residual, from commissioning
 
     def __post_init__(self) -> None:
         for name in ("shown", "cov"):
@@ -50,12 +49,12 @@ class Space:
 
     @cached_property
     def places(self) -> dict[str, slice]:
-        """Where each group stands."""
+        """Slice of each group."""
         return _places(self.joints, self.shown.shape[1])
 
     @cached_property
     def payload(self) -> Index:
-        """Places of what the tool carries."""
+        """Indices of the payload's states."""
         at = self.places["payload"]
         return np.arange(at.start, at.stop)
 
@@ -66,11 +65,11 @@ class Space:
 
     @cached_property
     def slow(self) -> Array:
-        """sd of white noise as loud as the residual is at the lowest frequencies, (J,) [A]."""
+        """sd of white noise as loud as the residual at the lowest frequencies, (J,) [A]."""
         return frozen(np.maximum(np.sqrt(self.colour.gentle), self.noise))
 
     def covariance(self, rows: int, period: float) -> Array:
-        """Of the residual with itself 0 .. `rows` rows later, (rows + 1, J) [A²].
+        """Autocovariance of the residual at lags of 0 .. `rows` rows, (rows + 1, J) [A²].
 
         Args:
             period: [s] between rows.
@@ -80,7 +79,7 @@ class Space:
 
     @cached_property
     def arm(self) -> Arm:
-        """With the links' commissioned inertials and what was carried then."""
+        """The arm with the links' commissioned inertials and payload."""
         return with_inertials(self.reference.arm, self.reference.loaded())
 
 
@@ -95,7 +94,7 @@ def _places(joints: int, r: int) -> dict[str, slice]:
 
 
 def _cov(fit: Fit, scores: Array) -> Array:
-    """The fit's covariance in the states, given the drive gains; none of what it has no word on.
+    """The fit's covariance of the states, given the drive gains; zero for those not in the fit.
 
     Args:
         scores: (10 J, r) of m per unit of the fit's coordinates of links.

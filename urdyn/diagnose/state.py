@@ -1,4 +1,4 @@
-"""All that a diagnosis remembers from instant to instant."""
+"""All that a diagnosis keeps from instant to instant."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from urdyn.types import Array, Motion
 
 @dataclass(frozen=True, eq=False)
 class Now:
-    """One instant as a tracker has it."""
+    """One instant from a tracker."""
 
     instant: Instant
     s: Array  # (J,) presliding state [-]
@@ -33,24 +33,24 @@ class State:
     fast: FastState
     slow: SlowState
     warmth: Warmth
-    off: Array  # (J,) [rad] by which encoders are off that were told to have jumped
+    off: Array  # (J,) [rad] offset of encoders from reported jumps
     unseen: Unseen
-    chunk: tuple[Now, ...] = ()  # not yet beside the model
+    chunk: tuple[Now, ...] = ()  # not yet compared with the model
     beat: tuple[Rows, ...] = ()
     moment: tuple[Rows, ...] = ()
     book: Book = field(default_factory=Book)
     push: Push = field(default_factory=Push)  # the last one
     last: float = -np.inf  # [s] stamp of the last instant
-    ahead: float = 0.0  # [s] of the robot's clock, which was set back
+    ahead: float = 0.0  # [s] ahead of the robot's clock, which was set back
 
     @property
     def findings(self) -> Findings:
-        """As they were last told."""
+        """Findings as last reported."""
         return self.book.findings
 
 
 def motion_of(chunk: tuple[Now, ...]) -> tuple[Motion, Array, Array]:
-    """Instants as a motion, with presliding states and ways."""
+    """Instants as a motion, with presliding states and travels."""
     one = [now.instant for now in chunk]
     motion = Motion(
         t=np.array([i.t for i in one]),

@@ -1,11 +1,11 @@
-"""Which loads are there to stay: another tool, or one that is lost; pieces come and go.
+"""Which loads last: another tool, or one that is lost; pieces come and go.
 
-A load that moments tell clearly has to be carried for as long as the rules say. The less they tell
-of it, the longer; and it has to explain them better than a piece that comes and goes meanwhile,
-whose mean over both it may be. What the arm was believed to be before the program began says how
-clear a load is: a piece that was there unseen has bent what was learnt since. One that is there at
-a recording's end need not have been carried for so long, where the arm put nothing down before.
-Whether a joint's fault explains the same better is asked of the bank, before it is told.
+A load that moments show clearly must be carried for as long as the rules say; the less clear, the
+longer. It must also explain them better than a piece that comes and goes, of which it may be the
+mean. Its clearness is measured with the belief about the arm before the program: an undetected
+piece has biased what was learnt since. A load at a recording's end need not have been carried for
+so long where the arm put nothing down before. Before it is reported, the bank decides whether a
+joint's fault explains the same better.
 """
 
 from __future__ import annotations
@@ -23,27 +23,27 @@ from urdyn.diagnose.rules import PAYLOAD_STATES, SlowKind
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.suspects import Suspects
 
-LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
-CLEAR = 5.0  # [sd] by which its mass differs then
-CERTAIN = 0.99  # [-] that what was carried for so long is another load
-AT_LAST = 8.0  # [s] of motion at least, up to a recording's end, where nothing was put down before
+LASTING = 0.2  # [-] of the time away for which a lasting load must have been carried
+CLEAR = 5.0  # [sd] by which its mass must differ
+CERTAIN = 0.99  # [-] that a load carried for so long is another
+AT_LAST = 8.0  # [s] least motion before a recording's end, where nothing was put down before
 
 
 @dataclass(frozen=True, eq=False)
 class Stay:
-    """Decides when another load is there to stay, and is no piece."""
+    """Decides when another load lasts, and is no piece."""
 
     space: Space
     of: Suspects
-    kind: SlowKind  # that is a change of payload
+    kind: SlowKind  # the change of payload
 
     def settled(
         self, carrying: Carrying, t: float, ended: bool = False
     ) -> tuple[Carrying, Change | None]:
-        """What is at the tool, and what has changed about it if that is there to stay.
+        """The load at the tool, and its change if that lasts.
 
         Args:
-            ended: the recording has, at t [s].
+            ended: the recording ends at t [s].
         """
         if not carrying.away:
             return carrying, None
@@ -63,8 +63,8 @@ class Stay:
         return carrying.settled_on(stays, t), self._change(carrying, mode, t)
 
     def _change(self, carrying: Carrying, mode: Mode, t: float) -> Change:
-        """To this mode, told at t [s]."""
-        # in this run: what is light is not told at once
+        """The change to this mode, reported at t [s]."""
+        # in this run: a light load is not found at once
         never = carrying.had <= DELAY * MOMENT
         since, sure, last = carrying.since, carrying.sure, carrying.last
         if lighter := _lighter(carrying, mode):
@@ -89,19 +89,19 @@ class Stay:
         )
 
     def _long_enough(self, carrying: Carrying, mode: Mode, hold: float) -> bool:
-        """Whether it is another load, and away for long enough for that, or for `hold` [s]."""
+        """Whether it is another load, and the first away for long enough, or for `hold` [s]."""
         away, more = carrying.absent.sum(), mode.mean - carrying.modes[0].mean
         hold = min(hold, self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold)
         if abs(more[0]) < max(self.kind.least, CLEAR * np.sqrt(mode.cov[0, 0])) or away < hold:
             return False
         told = np.mean([one.told.C for one in carrying.gone], axis=0)
-        clear = 0.5 * (DELAY + 1) * more @ told @ more  # nats in the moments that wait
+        clear = 0.5 * (DELAY + 1) * more @ told @ more  # nats in the waiting moments
         known = away * clear >= hold * (carried.SURE + MARGIN)
         return bool(known) and carried.possible(mode, self.space.reference.payload)
 
 
 def _lighter(carrying: Carrying, mode: Mode) -> int:
-    """Moments before this load came, away already, with what surely weighs less."""
+    """Number of moments away, before this load, with a load that surely weighs less."""
     masses = [other.mean[0] + CLEAR * np.sqrt(other.cov[0, 0]) for other in carrying.modes]
     least = mode.mean[0] - CLEAR * np.sqrt(mode.cov[0, 0])
     others = (masses[one.mode] >= least for one in carrying.gone[:-1])

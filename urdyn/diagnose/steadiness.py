@@ -1,9 +1,9 @@
 """How steady an arm is from window to window, learnt while it works.
 
-How far windows may be off for reasons of their own is in the rules, for models that fit as badly as
-models do. Where this model fits better, a change shows sooner: each block tells how far a joint's
-friction is from where the filter expects it, beside how far noise alone would put it. Only steadier
-than the rules is ever learnt, so that a fault cannot hide by looking like an unsteady arm.
+The rules give how far windows may be off by themselves, for a typical model. Where this model fits
+better, a change shows sooner: each block shows how far a joint's friction is from the filter's
+prediction, compared with noise alone. The arm is only ever learnt to be steadier than the rules, so
+that a fault cannot pass for an unsteady arm.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import numpy as np
 from urdyn.diagnose.loudness import remembered
 from urdyn.types import Array
 
-SHARES = 2.0 ** -np.arange(7.0)  # [-] of the rules' window that are weighed against each other
-BELIEVED = 2.0  # [nats] that the rules are worth against each halving
-WILD = 3.0  # [sd] that one block counts at most
+SHARES = 2.0 ** -np.arange(7.0)  # [-] candidate shares of the rules' window
+BELIEVED = 2.0  # [nats] prior of the rules against each halving
+WILD = 3.0  # [sd] most that one block counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class Steadiness:
 
     @property
     def share(self) -> Array:
-        """Of the rules' window, (J,) [-]: root of the mean square."""
+        """Share of the rules' window, (J,) [-]: root of the mean square."""
         weight = np.exp(self.told - self.told.max(axis=0))
         mean = (weight * SHARES[:, None] ** 2).sum(axis=0) / weight.sum(axis=0)
         return np.asarray(np.sqrt(mean))
@@ -43,8 +43,8 @@ def learnt(steadiness: Steadiness, off: Array, noise: Array, window: Array) -> S
     """After a block.
 
     Args:
-        off: how far each joint's friction was from what was expected, (J,) [-]; NaN: not told.
-        noise: sd of that in an arm without windows, (J,) [-].
+        off: how far each joint's friction was from its prediction, (J,) [-]; NaN: unknown.
+        noise: sd of that for an arm without such windows, (J,) [-].
         window: sd of windows by the rules, (J,) [-].
     """
     sd = np.hypot(noise, SHARES[:, None] * window)

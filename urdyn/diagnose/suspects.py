@@ -1,4 +1,4 @@
-"""What is looked for: every slow kind on every joint, and the directions that its changes take."""
+"""The suspects: every slow kind on every joint, and the directions of its changes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from urdyn.diagnose.rules import PAYLOAD_STATES, SlowKind, unit
 from urdyn.diagnose.space import Space
 from urdyn.types import Array, Index
 
-LEAST = 0.1  # [-] of its current that a drive takes at least, however healthy it becomes
+LEAST = 0.1  # [-] least share of its current that a drive takes, however healthy it becomes
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,45 +19,45 @@ class Suspect:
 
     kind: SlowKind
     joint: int | None  # None: the tool
-    places: Index  # (r,) among the directions
+    places: Index  # (r,) indices among the directions
     sd: Array  # (r,) of a change, in units of the states
-    unit: float  # of the first state, per unit that people read
-    doubt: float = 0.0  # [-] sd of what a change is told as a share of, by its own commissioning
+    unit: float  # of the first state, per reported unit
+    doubt: float = 0.0  # [-] sd of the commissioned value that a change is reported as a share of
 
     def part_of(self, other: Suspect) -> bool:
-        """Whether another one changes all that this one does, and more."""
+        """Whether the other changes all that this one does, and more."""
         return set(self.places.tolist()) < set(other.places.tolist())
 
     def grown(self, size: float) -> float:
-        """A change, as people read it, the way that its kind goes; 0 where it goes the other."""
+        """A change, as reported, in its kind's direction; 0 where it goes the other way."""
         sign = -self.kind.sign if self.kind.of_sensor else self.kind.sign
         return max(sign * size, 0.0) if sign else abs(size)
 
     def read(self, size: float, sd: float) -> tuple[float, float]:
-        """A change of the first state, and its sd, as people read it.
+        """A change of the first state, and its sd, as reported.
 
-        A bank is linear in current: of a drive that takes x more for the same torque there is left
-        1 / (1 + x) of its health, and not 1 - x.
+        A bank is linear in current: a drive that takes x more for the same torque has 1 / (1 + x)
+        of its health left, not 1 - x.
         """
         told = self._left(size) - 1.0 if self.kind.of_health else self.slope(size) * size
         return told, abs(self.slope(size)) * sd
 
     def slope(self, size: float) -> float:
-        """By how much what people read grows with the first state, where that changed by `size`."""
+        """Derivative of the reported value by the first state, where that changed by `size`."""
         if self.kind.of_health:
             return self._left(size) ** 2 / self.unit
         return (-1.0 if self.kind.of_sensor else 1.0) / self.unit
 
     def _left(self, size: float) -> float:
-        """Of a drive's health, (0, 1] but for what it gained [-]."""
+        """What is left of a drive's health, (0, 1] unless it gained [-]."""
         return 1.0 / max(1.0 - size / self.unit, LEAST)
 
 
 @dataclass(frozen=True, eq=False)
 class Suspects:
-    """Everything that is looked for, and the directions that this takes."""
+    """All suspects, and the directions of their changes."""
 
-    states: Index  # (p,) which state each direction is
+    states: Index  # (p,) state of each direction
     each: tuple[Suspect, ...]
 
     def directions(self, n: int) -> Array:
@@ -68,7 +68,7 @@ class Suspects:
 
 
 def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
-    """All kinds on all joints; what the tool carries is nobody's joint."""
+    """All kinds on all joints; the payload belongs to no joint."""
     each, states = [], list[int]()
     for kind in kinds:
         for j in [None] if kind.of_tool else range(space.joints):
@@ -90,7 +90,7 @@ def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
 def _doubt(space: Space, kind: SlowKind, joint: int | None) -> float:
     """Relative sd of the commissioned friction that a change is stated as a share of; else 0.
 
-    For kinds that are read as all friction of a joint, `friction.rise` has it instead.
+    For kinds reported as all friction of a joint, `friction.rise` includes it instead.
     """
     share = {"f": "f", "alpha": "alpha", "o": "f"}.get(next(iter(kind.change)))
     of = None if kind.of_friction else share

@@ -9,13 +9,13 @@ import numpy as np
 
 from urdyn.types import Array, frozen
 
-TREND = 6.0  # windows in which it is seen whether a swing grows
-SCATTER = 0.05  # [-] of its amplitude by which one varies besides noise
+TREND = 6.0  # windows over which a swing's growth is estimated
+SCATTER = 0.05  # [-] of its amplitude by which a swing varies apart from noise
 NEIGHBOURS = 6  # bins to each side that make a line's neighbourhood
 
 
 def bridged(x: Array) -> Array:
-    """Single rows that are missing, of (..., n, J), halfway between those beside them."""
+    """Signals (..., n, J) with single missing rows filled halfway between their neighbours."""
     mended = x.copy()
     inner, between = mended[..., 1:-1, :], 0.5 * (x[..., :-2, :] + x[..., 2:, :])
     inner[...] = np.where(np.isnan(inner), between, inner)
@@ -23,20 +23,20 @@ def bridged(x: Array) -> Array:
 
 
 def amplitude(x: Array, t: Array, frequency: float) -> float:
-    """Of a swing of this frequency, beside a slow motion."""
+    """Amplitude of a swing of this frequency, apart from a slow motion."""
     w = 2.0 * np.pi * frequency * (t - t[0])
     found = _beside_motion(np.column_stack([np.cos(w), np.sin(w)]), x, t)
     return float(np.hypot(found[0], found[1]))
 
 
 def course(x: Array, t: Array, frequency: float) -> Array:
-    """Amplitudes of a swing of this frequency by quarter, beside a slow motion, (4,)."""
+    """Amplitudes of a swing of this frequency by quarter, apart from a slow motion, (4,)."""
     found = _beside_motion(by_quarter(t, frequency), x, t)
     return np.asarray(np.hypot(found[0:8:2], found[1:8:2]))
 
 
 def without(x: Array, t: Array, swings: Array) -> Array:
-    """What is left of (n, ...) without what swings (n, k) explain beside a slow motion."""
+    """Signals (n, ...) without what swings (n, k) explain apart from a slow motion."""
     return np.asarray(x - swings @ _beside_motion(swings, x, t))
 
 
@@ -54,9 +54,9 @@ Course = tuple[tuple[float, float, float], ...]  # [s] end of a stretch, amplitu
 
 
 def going_on(before: Course, t: Array, sizes: Array) -> Course:
-    """The course of a swing with what is new in a window, and without what is too old.
+    """The course of a swing with a window's new part, and without what is too old.
 
-    Of a window in which it began its second half is all swing.
+    Its second half alone: the swing may have begun within the first.
 
     Args:
         sizes: by quarter of the window, (4,).
@@ -73,7 +73,7 @@ def growth(course: Course, noise: float) -> tuple[float, float, float]:
     """Amplitude at a course's end, and how fast its logarithm grows, with sd [1/s].
 
     Args:
-        noise: sd of the amplitude that is seen in a second.
+        noise: sd of an amplitude measured over a second.
     """
     ends, sizes, long = np.array(course).T
     t = ends - 0.5 * long
@@ -94,7 +94,7 @@ def _beside_motion(swings: Array, x: Array, t: Array) -> Array:
 
 @lru_cache(maxsize=16)
 def _slow(n: int, seconds: int) -> Array:
-    """What a motion looks like, (n, 5 m), orthonormal: a quartic in each of its m seconds."""
+    """Basis of slow motions, (n, 5 m), orthonormal: a quartic in each of its m seconds."""
     basis = np.zeros((n, 5 * seconds))
     for k, part in enumerate(parts(n, seconds)):
         u = np.linspace(-1.0, 1.0, part.stop - part.start)
@@ -111,7 +111,7 @@ def refined(x: Array, t: Array, frequency: float, width: float) -> float:
 
 
 def parts(n: int, count: int) -> list[slice]:
-    """So many stretches of n rows, as even as can be."""
+    """`count` stretches of n rows, as equal as possible."""
     ends = np.linspace(0, n, count + 1).astype(int)
     return [slice(a, b) for a, b in pairwise(ends.tolist())]
 
@@ -127,24 +127,24 @@ def spectrum(x: Array, count: int) -> Array:
 
 
 def neighbourhood(power: Array) -> Array:
-    """Mean that the neighbours of each bin suggest, were they noise: by their median."""
+    """Mean of each bin's neighbours, if they are noise, from their median."""
     return np.asarray(np.median(_beside(power), axis=-1) / np.log(2.0))
 
 
 def floor(beside: Array, usual: Array) -> Array:
-    """What a line has to stand out of: the most that a bin's neighbours and its past make likely.
+    """The floor for a line: the largest of a bin's neighbourhood and its usual levels.
 
-    A dozen neighbours are few: by chance they are quiet far more often than a line is loud.
+    A dozen neighbours are few: by chance they are too quiet far more often than a line is loud.
 
     Args:
         beside: `neighbourhood`.
-        usual: power as a rule, an average that scatters less.
+        usual: usual power, an average that scatters less.
     """
     return np.maximum(np.maximum(beside, usual), np.median(_beside(usual), axis=-1))
 
 
 def _beside(power: Array) -> Array:
-    """Neighbours of each bin, but for those that a line of its own leaks into, (..., F, J, k)."""
+    """Neighbours of each bin, without those that its own line leaks into, (..., F, J, k)."""
     reach = NEIGHBOURS + 2
     width = [(0, 0)] * (power.ndim - 2) + [(reach, reach), (0, 0)]
     padded = np.pad(power, width, mode="reflect")

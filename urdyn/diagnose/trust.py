@@ -1,15 +1,14 @@
-"""How far a finding's name is to be trusted: what became of those told before.
+"""How far to trust a finding's name, from how often earlier ones were right.
 
-The evidence shares a finding's probability out among the faults that were looked for, as if the
-model held. Campaigns of simulated faults tell how often a name was right all the same: of n
-findings of a kind r had the right kind and joint, and by the rule of succession, with what
-all kinds have in common as the prior [Laplace1774]_,
+The evidence divides a finding's probability among the suspects, as if the model held. Campaigns of
+simulated faults show how often a name was right: of n findings of a kind r had the right kind and
+joint, and by the rule of succession, with the rate common to all kinds as the prior [Laplace1774]_,
 
     p(right) = (r + m p_0) / (n + m)        p_0 = (sum r + 1) / (sum n + 2)
 
-That is of findings that come alone or in pairs. Many at once are one cause that the model has no
-word for, or one fault and its shadows: an arm seldom has more than two, whichever they are. Pushes
-and loads pass, and may follow each other.
+That holds for findings alone or in pairs. Many at once have one cause that the model lacks, or are
+one fault and its shadows: an arm seldom has more than two. Pushes and loads pass, and may follow
+each other.
 """
 
 from __future__ import annotations
@@ -23,16 +22,16 @@ from urdyn.diagnose.finding import Finding
 
 AT_ONCE = 60.0  # [s] from alarm to alarm
 ALONE = "confidence_alone"
-PASSING = ("collision", "payload_change")  # kinds that nobody services
+PASSING = ("collision", "payload_change")  # kinds that need no service
 PAIR = 2  # faults that an arm may have at once
-ALIKE = 5.0  # findings m that what all kinds have in common is worth
+ALIKE = 5.0  # findings m that the common rate is worth
 
 
 def trust(kind: str, named: Mapping[str, Sequence[int]]) -> float:
-    """Probability that a name is right which nothing speaks against [-].
+    """Probability that a name is right, if nothing makes it doubtful [-].
 
     Args:
-        named: by kind, findings that were right, and all.
+        named: by kind, right findings, and all.
     """
     right, told = (sum(counts[k] for counts in named.values()) for k in (0, 1))
     common = (right + 1.0) / (told + 2.0)
@@ -41,9 +40,9 @@ def trust(kind: str, named: Mapping[str, Sequence[int]]) -> float:
 
 
 def in_company(findings: Sequence[Finding]) -> list[Finding]:
-    """Findings as far as they are to be trusted beside each other; `evidence` has it of each alone.
+    """Findings with their joint confidence; `evidence` holds that of each alone.
 
-    Whenever it is asked, of all that were told by then.
+    It covers all findings reported so far.
     """
     told, alarms = [], np.sort([f.alarm_s for f in findings if f.kind not in PASSING])
     for finding in findings:

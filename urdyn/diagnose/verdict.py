@@ -1,4 +1,4 @@
-"""Findings of slow changes, in words and numbers that a plant uses."""
+"""Findings of slow changes, in a plant's words and numbers."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from urdyn.io.run_folder import SEVERITIES
 from urdyn.model.body import centre_of_mass
 from urdyn.types import NORMAL90
 
-WORSE = 0.25  # [-] of its size by which a finding has to change to be told again
-SURELY_BELOW = 2.0  # [sd] by which a change has to be below a level that it had reached
-# Kinds that also show at once, and then by their bare names: a biased sensor may get stuck, too.
+WORSE = 0.25  # [-] of its size by which a finding must change to be reported again
+SURELY_BELOW = 2.0  # [sd] by which a change must fall below a level that it had reached
+# Kinds that are also fast, then with their bare names: a biased sensor may get stuck, too.
 SLOWLY = {"sensor_fault": ".bias", JUMPS: ".creep"}
 GONE = "it was repaired, or passed: nothing is left of it"
 
 
 def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: Series) -> Finding:
-    """A slow change."""
+    """The finding of a slow change."""
     suspect = of.each[change.suspect]
     kind = suspect.kind
     size, sd = suspect.read(change.size, change.size_sd)
@@ -76,7 +76,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
 
 
 def risen(findings: Sequence[Finding], now: Sequence[Finding]) -> list[Finding]:
-    """Those that have changed enough to be told again."""
+    """Findings that have changed enough to be reported again."""
     return [new for old, new in zip(findings, now, strict=True) if worse(old, new)]
 
 
@@ -88,10 +88,10 @@ def up_to_date(
     now: float,
     strays: Mapping[int, float],
 ) -> list[Finding]:
-    """All findings, the slow ones as their last block has them, which ended `now` [s].
+    """All findings, the slow ones updated to their last block, which ended `now` [s].
 
     Args:
-        strays: how far sizes stray that no fault moves, by suspect [1/√s].
+        strays: how far sizes stray without any fault, by suspect [1/√s].
     """
     slow = {identity(s, space): k for k, s in known.items()}
     return [
@@ -120,17 +120,17 @@ def identity(suspect: Suspect, space: Space) -> str:
 
 
 def worse(old: Finding, new: Finding) -> bool:
-    """Whether a finding has changed enough to be told again."""
+    """Whether a finding has changed enough to be reported again."""
     more = abs(new.size - old.size) >= WORSE * abs(old.size) + new.chance
     grows = new.says.growing and not old.says.growing
     return new is not old and (more or grows or new.severity != old.severity)
 
 
 def grown(old: Finding, suspect: Suspect, series: Series, now: float, strays: float) -> Finding:
-    """A slow finding as its series has it now, and where that goes.
+    """A slow finding updated from its series, with its forecast.
 
-    A change that grows is as large as its course is `now`, from where it is forecast; any other as
-    its last block has it.
+    A growing change has the size of its course `now`, from which it is forecast; any other that of
+    its last block.
     """
     kind, (_, walk) = suspect.kind, suspect.read(series[-1][1], strays)
     series = _read(suspect, series)
@@ -158,27 +158,27 @@ def grown(old: Finding, suspect: Suspect, series: Series, now: float, strays: fl
 
 
 def _gone(old: Finding, suspect: Suspect, series: Series) -> bool:
-    """Whether a joint's change is too small to be told by now, and surely less than it mostly was.
+    """Whether a joint's change is now too small to report, and surely less than it mostly was.
 
-    What it was at most is a maximum of noise, too, which a long series takes ever further.
+    Its maximum would also be one of noise, which grows with the series.
     """
     _, size, sd = series[-1]
     left, mostly = suspect.grown(size), np.median([suspect.grown(each) for _, each, _ in series])
     surely = old.gone or left + SURELY_BELOW * sd < mostly
-    least = suspect.kind.least  # of its own state; of all friction what may as well be none
+    least = suspect.kind.least  # of its own state; for all friction, what is not significant
     if suspect.kind.of_friction:
         least = min(least, SURELY_BELOW * sd)
     return suspect.joint is not None and left < least and surely
 
 
 def _forecast(suspect: Suspect, course: Course) -> dict[str, Any] | None:
-    """Where a change goes; None where it may as well not grow, or has gone the other way."""
+    """Forecast of a change; None where it may as well not grow, or has gone the other way."""
     kind = suspect.kind
     return course.forecast(kind.warning, kind.critical) if suspect.grown(course.size) else None
 
 
 def _held(before: str, size: float, sd: float, kind: SlowKind) -> str:
-    """The severity now; it falls where the change is surely below a level, and not at its edge."""
+    """The severity now; it falls only where the change is surely below a level."""
     now, most = (severity(x, kind.warning, kind.critical) for x in (size, size + SURELY_BELOW * sd))
     return max(now, min(before, most, key=SEVERITIES.index), key=SEVERITIES.index)
 
@@ -207,12 +207,12 @@ def _series(trace: Series) -> dict[str, list[float]]:
 
 
 def _unsure(suspect: Suspect, size: float, sd: float) -> float:
-    """sd of a size, with that of what it is a share of."""
+    """sd of a size, including that of the value it is a share of."""
     return float(np.hypot(sd, suspect.doubt * size))
 
 
 def _said(kind: SlowKind, name: str, size: float, sd: float, since: str, at: str = "") -> str:
-    half = NORMAL90 * sd  # as on every page
+    half = NORMAL90 * sd  # as in every report
     if kind.unit == "-":
         much, unsure = f"{100 * size:+.1f} %", f"{100 * half:.1f} %"
     else:

@@ -1,16 +1,16 @@
-"""Warm-up, which is no fault: how warm joints are, and what nobody knows of what that does.
+"""Warm-up, which is no fault: joint temperatures, and the unknowns of their effect.
 
     lag dL/dt = T - L
     alpha' = alpha exp(-kappa w),    f' = f exp(-kappa_f w),    w = L - T_ref
 
 Joints report their temperature T, their lubricants L do not. The model takes the usual kappa and
-lag; how far those of a joint are from that, and how warm its lubricant was at first, are states of
-the healthy arm beside those of `Space`. To first order they move alpha and f by
+lag; a joint's deviations from these, and its lubricant's initial temperature, are states of the
+healthy arm in addition to those of `Space`. To first order they change alpha and f by
 
     d log alpha = -w kappa - kappa_0 (dL/dlog lag) log lag - kappa_0 e^(-t/lag) L_0
     d log f     = -w kappa_f
 
-so that a window's information about alpha and f as they are now is information about all of these.
+so that a window's information about the present alpha and f is information about all of these.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from urdyn.tracking.model import KAPPA, LAG
 from urdyn.tracking.warmth import warmed
 from urdyn.types import Array
 
-UNKNOWN = ("kappa", "lag", "start", "coulomb")  # of each joint, behind the states of the space
+UNKNOWN = ("kappa", "lag", "start", "coulomb")  # of each joint, after the states of the space
 
 
 @dataclass(frozen=True, eq=False)
 class Warmth:
-    """How warm the joints are."""
+    """Temperatures of the joints."""
 
     t: float  # [s]; NaN before the first row
-    lubricant: Array  # (J,) [°C]; NaN where nobody measured a temperature
+    lubricant: Array  # (J,) [°C]; NaN where no temperature was measured
     slope: Array  # (J,) [K] dL/dlog lag
-    left: Array  # (J,) [-] how much of the lubricant's unknown start is left
+    left: Array  # (J,) [-] remaining share of the lubricant's unknown initial temperature
 
 
 def unfelt(joints: int) -> Warmth:
@@ -45,7 +45,7 @@ def unfelt(joints: int) -> Warmth:
 
 
 def felt(warmth: Warmth, t: Array, temperature: Array) -> Warmth:
-    """After some rows of which none is long after the others.
+    """State after some rows without a long gap.
 
     Args:
         t: (N,) [s].
@@ -66,15 +66,15 @@ def felt(warmth: Warmth, t: Array, temperature: Array) -> Warmth:
 
 
 def usual(space: Space) -> Array:
-    """The coefficient of warmth that the model takes beside what a log showed, (J,) [1/K]."""
+    """The default temperature coefficient where the fit has none, (J,) [1/K]; else 0."""
     return np.where(space.reference.drive.thermal == 0.0, KAPPA, 0.0)
 
 
 def unknowns(space: Space, warm: Array) -> Array:
-    """D, (n, 4 J): by how much each of UNKNOWN moves the states of the space.
+    """D, (n, 4 J): effect of each of UNKNOWN on the states of the space.
 
     Args:
-        warm: w [K], dL/dlog lag [K] and what is left of the start [-], (3, J); NaN: not measured.
+        warm: w [K], dL/dlog lag [K] and the start's remaining share [-], (3, J); NaN: unmeasured.
     """
     J, drive, places = space.joints, space.reference.drive, space.places
     w, slope, left = np.nan_to_num(warm)
@@ -88,12 +88,12 @@ def unknowns(space: Space, warm: Array) -> Array:
 
 
 def widened(A: Array, b: Array, D: Array) -> tuple[Array, Array]:
-    """Information about the states of a space as information about those and the unknown."""
+    """Information about the states of a space, extended to those and the unknowns."""
     return np.block([[A, A @ D], [D.T @ A, D.T @ A @ D]]), np.concatenate([b, D.T @ b])
 
 
 def narrowed(x: Array, P: Array, D: Array) -> tuple[Array, Array]:
-    """Belief in the states of the space as they are now, of that in those and the unknown."""
+    """Belief about the present states of the space, from that about those and the unknowns."""
     n = len(D)
     cross = P[:n, n:] @ D.T
     now = P[:n, :n] + cross + cross.T + D @ P[n:, n:] @ D.T

@@ -1,6 +1,6 @@
 """A diagnosis in a process of its own: python -m urdyn.diagnose.worker, which `Onlooker` begins.
 
-First comes the twin, then the job, then what is seen.
+It receives the twin, then the job, then the instants.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from urdyn.types import Array
 
 
 def _answers(heard: Heard) -> Iterator[Words]:
-    """What there is to say to what comes in."""
+    """Answers to the incoming frames."""
     fit = fit_of(words_of(next(heard)), "twin")
     session = Session(job_of(fit, words_of(next(heard))))
     first = _so_far(session.write())
@@ -27,7 +27,7 @@ def _answers(heard: Heard) -> Iterator[Words]:
     yield first
     for frame in heard:
         answer = _answer(session, frame)
-        if answer.get("findings") == last:  # who hears it would read them within a sample
+        if answer.get("findings") == last:  # reading them again would delay a sample
             del answer["findings"]
         last = answer.get("findings", last)
         if answer:
@@ -35,7 +35,7 @@ def _answers(heard: Heard) -> Iterator[Words]:
 
 
 def _answer(session: Session, frame: Words | Array) -> dict[str, Any]:
-    """What a frame asks for, or what it made known; nothing: {}."""
+    """The answer to a frame; {}: none."""
     if not isinstance(frame, Mapping):
         found = session.take(frame)
         return {"told": session.untold(found), **_so_far(session.write())} if found else {}
@@ -54,7 +54,7 @@ def _answer(session: Session, frame: Words | Array) -> dict[str, Any]:
 
 
 def _so_far(document: Mapping[str, Any]) -> dict[str, Any]:
-    """What is found, and what speaks against all of it."""
+    """The findings, and what makes them all doubtful."""
     return {"findings": document["findings"], "doubt": document.get("doubt", "")}
 
 

@@ -12,8 +12,8 @@ from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.rules import JUMPS
 from urdyn.types import Array
 
-BACK = 5.0  # [s] within which a zero that jumps the other way jumps back
-TURNED = 3  # times that it did, from which on what jumps is no zero: the angle is noisy, or loose
+BACK = 5.0  # [s] within which a jump the other way is a jump back
+TURNED = 3  # jumps back, from which it is no zero: the angle is noisy, or loose
 
 
 def shifted(rows: Rows, least: float) -> list[Event]:
@@ -23,14 +23,14 @@ def shifted(rows: Rows, least: float) -> list[Event]:
 
 
 def jumps(shift: Array, least: float) -> Array:
-    """Shifts that large, of all (N, J) [rad]; 0 elsewhere."""
+    """Shifts of (N, J) [rad] that large; 0 elsewhere."""
     return np.where(np.abs(shift) >= least, shift, 0.0)
 
 
 def beside(event: Event, before: Finding, least: float) -> Event:
-    """A jump of a zero that had jumped before: what is left of both, or that it is right again.
+    """A jump of a zero that had jumped before: their sum, or that it is right again.
 
-    Nothing is added up of one that goes to and fro: it is as far off as it jumped last.
+    For one that goes to and fro they are not added: it is as far off as its last jump.
     """
     now, last = event.evidence, before.evidence
     back = now["jump_rad"] * last["jump_rad"] < 0.0 and now["jump_s"] - last["jump_s"] < BACK
@@ -46,7 +46,7 @@ def beside(event: Event, before: Finding, least: float) -> Event:
 
 
 def _event(rows: Rows, k: int, j: int) -> Event:
-    """The joint is where it was: its angle says more, so its zero lies as much lower."""
+    """The joint has not moved: its angle reads higher, so its zero lies as much lower."""
     jump = float(rows.shift[k, j])
     evidence = {"statistic": "jump of an angle that no motion explains", "jump_rad": jump}
     evidence |= {"jump_s": float(rows.t[k]), "turned": 0}
