@@ -3,10 +3,11 @@
 Either the motor crosses the gap (`crossing`), or the link flies through it (`flight`), depending on
 the loop and the load; each reversal weighs each gap either way. Shiryaev-Roberts sums over
 reversals, one for each gap and way, alarm by their mean: that is the price of testing so many.
-While gravity keeps the gear on one flank nothing of this can be seen (see `observability`). A gap
-that opens jolts other joints, so their reversals at that instant count less for gaps of theirs. A
-swing reverses loads, or lacks current where they reverse: reversals wait until a swing that they
-are part of would have been detected.
+While gravity keeps the gear on one flank nothing of this can be seen (see `observability`).
+
+A gap that opens jolts other joints, so their reversals at that instant count less for gaps of
+theirs. A swing reverses loads, or lacks current where they reverse: reversals wait until a swing
+that they are part of would have been detected.
 """
 
 from __future__ import annotations
@@ -199,8 +200,7 @@ class Backlash:
     def _own(self, state: Reversals, j: int, llr: Array, beside: Mask) -> Array:
         """A reversal's evidence for gaps of joint j, (gaps,) [nats]; others may have jolted it.
 
-        One of them has a gap with probability p, and a jolt then explains it as well as its own
-        gap:
+        One of them has a gap with probability p, and its jolt then explains it equally well:
 
             llr' = llr - log(1 - p + p exp(llr))
         """

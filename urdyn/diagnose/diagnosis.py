@@ -1,7 +1,8 @@
 """From moments of work to findings: fast kinds every beat, slow kinds every moment.
 
-    diagnosis = Diagnosis(fit, period) state = diagnosis.init() state, findings =
-    diagnosis.step(state, now)     # new or changed findings
+    diagnosis = Diagnosis(fit, period)
+    state = diagnosis.init()
+    state, findings = diagnosis.step(state, now)     # new or changed findings
 
 The commissioned model is held: what is judged never changes its own reference.
 """

@@ -26,7 +26,7 @@ class Event:
     confidence: float = CERTAIN  # [-]
     evidence: Mapping[str, Any] = field(default_factory=dict)
     size_sd: float = float("nan")  # NaN: unknown
-    within: float = 0.1  # [s] of the onset, in which it began
+    within: float = 0.1  # [s] about the onset, within which it began
     unseen: float = np.inf  # [s] until when it may have existed without showing
     goes_on: bool = False  # reported before; this is its present state
 

@@ -88,5 +88,5 @@ class Evidence:
 
     @property
     def alone(self) -> int | None:
-        """The only joint that a push moved; None: several."""
+        """The only joint that felt a push; None: several did."""
         return self.said.get("alone")

@@ -100,7 +100,7 @@ class Extent:
         return friction.share(lost, self._joint(fault))
 
     def _friction(self, x: Array, P: Array, fault: Fault) -> friction.Belief:
-        """The part of a belief about the states, (N,) and (N, N), on a fault's joint's friction."""
+        """Belief about the friction of a fault's joint, from that in the states, (N,), (N, N)."""
         at = self._terms(fault)
         return x[at], P[np.ix_(at, at)]
 

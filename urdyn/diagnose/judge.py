@@ -172,7 +172,7 @@ class Judge:
     def _nothing(self, bank: Bank, fault: Fault) -> bool:
         """Whether a found change may by now as well be none, or of another kind.
 
-        Below the least size reported it is none, either.
+        One well below the least size reported counts as none, too.
         """
         (size, sd), suspect = self._now(bank, fault), self.of.each[fault.suspect]
         return size < max(UNSURE * sd, FAINT * suspect.kind.least * suspect.unit)

@@ -10,8 +10,8 @@ import numpy as np
 
 from urdyn.types import Array
 
-# So many other lines, [-] times their neighbours: a motion repeats itself, no loop rings. The
-# factor is for this many bins, and rises with their number by this power, as chance lines do.
+# So many other lines, so many times [-] their neighbours, show a motion that repeats, no ringing
+# loop. The factor is for so many bins, and rises with their number by this power, as chance has it.
 CROWD, BINS, BY_CHANCE = (3, 7.0), 50, 0.3
 STAYS = 0.5  # [-] of its largest amplitude that a line must have in each quarter
 RISES = 0.2  # [-] of its last amplitude that a growing line has at first

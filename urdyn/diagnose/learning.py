@@ -63,10 +63,10 @@ class Learning:
         )
 
     def window(self, learnt: Learnt, A: Array) -> Array:
-        """How far the states stray within a block, (n,).
+        """How far the states stray from window to window in some rows, (n,).
 
         Args:
-            A: its information, (n, n).
+            A: their information, (n, n).
         """
         information, quick = np.diag(A)[self.space.places["o"]], learnt.loudness.power
         known = information > 0.0

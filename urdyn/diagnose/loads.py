@@ -19,7 +19,7 @@ from urdyn.diagnose.suspects import Suspects
 from urdyn.types import Array
 
 DELAY = 4  # moments that one waits
-Believed = Callable[[Waiting], Belief]  # in that moment, which strays in its own way
+Believed = Callable[[Waiting], Belief]  # in that moment, its own straying included
 # [nats] in the waiting moments: a piece as clear as this would already have been found in them.
 HEAVY = 44.0
 MARGIN = 10.0  # [nats] by which a payload must explain moments better than any fault of a joint

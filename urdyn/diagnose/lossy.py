@@ -25,7 +25,7 @@ def silent(kind: str, evidence: Mapping[str, Any]) -> bool:
 
 
 def of_the_stream(findings: Sequence[Finding]) -> list[Finding]:
-    """Findings, with silences that more joints share than fail at once reduced to warnings."""
+    """Findings, with silences of the stream, not of a sensor, reduced to warnings."""
     silences = [f for f in findings if silent(f.kind, f.evidence)]
     spans = {f.id: _span(f) for f in silences}
     told = []

@@ -227,7 +227,7 @@ class Oscillation:
         last, rate, sd = growth(ring.course, float(noise[ring.joint]))
         seen = len(ring.course) >= SURELY[1]  # fewer do not show their scatter
         clear = seen and abs(rate) > max(GROWING, SURELY[0] * sd)
-        # For a growing line the last amplitude is the most accurate.
+        # Where an amplitude grows or fades, the last is the present one.
         size = last if clear else ring.amplitude
         evidence = {
             "frequency_Hz": ring.frequency,

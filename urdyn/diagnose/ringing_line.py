@@ -219,8 +219,7 @@ class LineSearch:
         """The slow swing of which this line is an odd multiple, if it is one; or this line.
 
         Friction reverses with its joint, and so makes odd multiples of a swing too slow to be a
-        line
-        itself: the joint then swings at that frequency, and faster than at the multiple.
+        line itself: the joint then swings at that frequency, and faster than at the multiple.
         """
         v, torque = signals[SPEED, :, line.joint], signals[TORQUE, :, line.joint]
         width, speed = 1.0 / float(t[-1] - t[0]), amplitude(v, t, line.frequency)

@@ -56,7 +56,7 @@ Course = tuple[tuple[float, float, float], ...]  # [s] end of a stretch, amplitu
 def going_on(before: Course, t: Array, sizes: Array) -> Course:
     """The course of a swing with a window's new part, and without what is too old.
 
-    Its second half alone: the swing may have begun within the first.
+    Only the window's second half counts: the swing may have begun in the first.
 
     Args:
         sizes: by quarter of the window, (4,).

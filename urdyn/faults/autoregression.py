@@ -44,7 +44,7 @@ def autoregression(y: Array) -> tuple[Array, int]:
     size = MAD_TO_SD * float(np.median(np.abs(y[_complete(y, past[:, : allowed[-1]])])))
     if not size > 0.0 or len(allowed) == 1 or is_mostly_one_number(y[np.isfinite(y)]):
         return np.zeros(0), pace
-    y, past = y / size, past / size  # so that squares are finite in any unit
+    y, past = y / size, past / size  # so that squares neither overflow nor vanish
     found = _of_all(y, past, allowed) if np.isfinite(y).all() else _step_by_step(y, past, allowed)
     return _spaced(found, pace), pace
 
