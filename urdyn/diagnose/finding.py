@@ -42,7 +42,7 @@ class Finding:
 
     @property
     def chance(self) -> float:
-        """By which its size may be off by chance, [unit]: 2 sd, and 0 where nobody knows it."""
+        """How far its size may be off by chance, [unit]: 2 sd, or 0 where that is unknown."""
         return 2.0 * float(np.nan_to_num(self.size_sd))
 
     @property

@@ -62,7 +62,7 @@ def at_most(piece: Mode, told: Sequence[Shown], first: Mode, run: int) -> float:
     """Largest evidence for a piece in at most `run` successive moments [nats].
 
     Args:
-        first: what is carried as a rule.
+        first: the usual load.
     """
     m = piece.mean - first.mean
     fits = np.array([each.d @ m - m @ each.C @ (first.mean + 0.5 * m) for each in told])

@@ -1,4 +1,4 @@
-"""A bank of hypotheses, onset x jump (of a rate: onset x rate), weighed by likelihood.
+"""A bank of hypotheses, onset x jump (of a rate: onset x rate), weighted by likelihood.
 
 Every hypothesis is Kalman's filter with one jump, whose size is Gaussian around its own step. How
 far it jumped does not change the covariance; so hypotheses share covariances, one per onset and

@@ -26,7 +26,7 @@ class Consider(BareBelief):
     learnt: frozenset[str] = frozenset()  # states whose mean may move; the others are considered
 
     def __post_init__(self) -> None:
-        if isinstance(self.learnt, str):  # it would be taken for its letters
+        if isinstance(self.learnt, str):  # would be read as its letters
             raise InputError(f"learnt {self.learnt!r}: takes a set of names of states")
         object.__setattr__(self, "learnt", frozenset(self.learnt))
 

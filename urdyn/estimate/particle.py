@@ -10,9 +10,9 @@ of its likelihood that leaves enough particles, then the next share after resamp
 particles are jittered by a kernel that keeps the cloud's mean and covariance [Liu2001]_: otherwise
 states without process noise would soon be copies of one. In a hundred dimensions a thousand
 particles are overconfident all the same. With so much jitter a cloud of few dimensions loses its
-shape: to keep modes apart, let `kept` be sqrt(1 - h²), with Silverman's h of n
-sampled states and K particles, (4 / (n + 2) / K)^(1 / (n + 4)) [Silverman1986]_: .97 for
-n = 1, K = 2000. For eight static states, .7 errs a third as much.
+shape: to keep modes apart, let `kept` be sqrt(1 - h²), with Silverman's h of n sampled states and K
+particles, (4 / (n + 2) / K)^(1 / (n + 4)) [Silverman1986]_: .97 for n = 1, K = 2000. For eight
+static states, .7 errs a third as much.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Gaussian variational inference (the paper's eq. 10) by natural-gradient steps.
 
-In each slice q = N(m, Lambda⁻¹) minimises KL(q || posterior) given the Gaussian prediction N(m0,
-Lambda0⁻¹), by the Bayesian learning rule [Khan2023]_:
+In each slice q = N(m, Lambda⁻¹) minimises KL(q || posterior) given the Gaussian prediction
+N(m0, Lambda0⁻¹), by the Bayesian learning rule [Khan2023]_:
 
     Lambda += step (Lambda0 + E_q[H]ᵀ R⁻¹ E_q[H] - Lambda)
     m      += step Lambda⁻¹ (Lambda0 (m0 - m) + E_q[Hᵀ R⁻¹ (y - h)])

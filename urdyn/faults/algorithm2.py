@@ -166,8 +166,7 @@ def tuned_algorithm2(
     That promise holds for white noise alone: where .095 of healthy runs may alarm, 1.00 do under
     AR(.9), .92 under AR(.5), .8 with long tails or outliers, .41 where sigma is a fifth wider, .65
     where readings are rounded to steps of four sd.
-    Where noise alone reaches `critical`, that level is moved to 1 sd of the average past the
-    warning.
+    Where noise alone reaches `critical`, that level becomes 1 sd of the average past the warning.
     """
     given_promise(promise)
     window = given_count(window, "window")

@@ -46,7 +46,7 @@ class Smooth:
     sd: Array  # (C,) [spread]
 
     def crossed(self, rise: float, x: float) -> float:
-        """P(the parameter has changed by `rise` [spread] within the next x steps), weighed."""
+        """P(the parameter has changed by `rise` [spread] within the next x steps), weighted."""
         if x > 0.0:
             grown = self.ahead * np.log1p(self.haste * x / self.ahead)
             return self._above(rise, np.exp(np.minimum(grown, LARGE)))
@@ -54,7 +54,7 @@ class Smooth:
         return self._above(rise, np.where(k > 0.0, np.maximum(k, 0.0) ** self.power, 0.0))
 
     def steeper(self, rate: float) -> float:
-        """P(the rate is above `rate` >= 0 [spread/step]), weighed."""
+        """P(the rate is above `rate` >= 0 [spread/step]), weighted."""
         return self._above(rate, self.haste)
 
     def _above(self, level: float, times: Array) -> float:
@@ -89,9 +89,9 @@ class Wandering:
     walk: Array  # (C,) [spread²/step] variance of the walk
 
     def crossed(self, rise: float, x: float) -> float:
-        """P(the parameter has changed by `rise` [spread] within the next x steps), weighed."""
+        """P(the parameter has changed by `rise` [spread] within the next x steps), weighted."""
         there, now = self._beyond(rise, x), self._beyond(rise, 0.0)
-        # Of each pace it falls and then rises ahead, rises and then falls behind: so the largest
+        # For each pace it falls, then rises ahead, and rises, then falls behind: so the largest
         # until x, and the least from x to now, is at an end.
         by = np.maximum(there, now) if x > 0.0 else np.minimum(there, now)
         return float((ndtr(by) @ self.weight).mean())
@@ -106,7 +106,7 @@ class Wandering:
         return np.asarray((mean - rise) / np.sqrt(np.maximum(var, TINY)))
 
     def steeper(self, rate: float) -> float:
-        """P(the rate is above `rate` >= 0 [spread/step]), weighed."""
+        """P(the rate is above `rate` >= 0 [spread/step]), weighted."""
         paces = Paces(self.mean, self.sd)
         beyond = log_ndtr((self.mean - rate) / self.sd) - paces.cut
         return float(self.weight @ np.exp(np.minimum(beyond, 0.0)))

@@ -124,7 +124,7 @@ def stated_baseline(
 
 
 def given_baseline(baseline: object) -> Baseline:
-    """What was learnt or stated; InputError where it is something else."""
+    """A learnt or stated baseline; InputError where it is something else."""
     return given_a(baseline, Baseline, "baseline", "as learn_baseline or stated_baseline gives")
 
 

@@ -108,7 +108,7 @@ class Whitened(Generic[S]):
         return self._spread_judge.step_beside(inner, e / wider, wider)
 
     def _wider(self, square: Array) -> Array:
-        """By how much innovations spread more than the baseline said, (n,) 1 .. allowed."""
+        """Spread of innovations over the baseline's, (n,) 1 .. allowed."""
         spread = 1.0 + CHANCE + MISTRUST * (np.sqrt(square) - 1.0)
         return np.asarray(np.clip(spread, 1.0, self.allowed))
 
