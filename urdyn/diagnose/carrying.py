@@ -51,7 +51,7 @@ class Carrying:
     last: float = -np.inf  # [s] when the first was last carried
     away: tuple[float, ...] = ()  # [s] of motion in each mode since the first was last carried
     since: float = np.nan  # [s] when that began
-    sure: float = np.nan  # [s] begin of the next moment: the arm may have come to rest in the first
+    sure: float = np.nan  # [s] start of the next moment: the arm may have come to rest in the first
     gone: tuple[Absence, ...] = ()  # since then
     unclaimed: tuple[Shown, ...] = ()  # the same for moments with the first in this program
     # Moments seem to weigh a load independently, but share the arm's error. Their information on an

@@ -31,7 +31,7 @@ class Creep:
     q: Array  # (J,) [rad] angle up to which creep is counted
 
     def after(self, rows: Rows, drive: Drive) -> Creep:
-        """Some rows on. Pushed joints give way a little; no program moves so little."""
+        """State after some rows. Pushed joints give way a little; no program moves so little."""
         slow = np.abs(rows.v).max(axis=0) < HELD
         held = slow | (self.held & (np.abs(rows.q - self.place).max(axis=0) < LEFT))
         stood, moved = held & self.held, rows.q[-1] - self.q

@@ -106,7 +106,7 @@ class Healthy:
         return np.asarray(P + np.diag(self._free(f for f in known if f.onset_lo < t)))
 
     def leaping(self, block: Block, known: Sequence[Fault]) -> Block:
-        """A block, at whose begin known faults may have begun, if it has information on them.
+        """A block, at whose start known faults may have begun, if it has information on them.
 
         One that a fault divides is left out: no state explains both its parts, and the nearest (a
         rotor, an offset) would stay wrong.

@@ -31,7 +31,7 @@ MOST = 2000  # rows of the longest: at high rates shorter windows show as much
 GROWING = 0.05  # [1/s] a quarter in five seconds
 SURELY = 3.0, 4  # [sd] of growth beyond which a swing surely grows or fades; quarters needed
 KNOWN = 1.0  # windows of looks, after which the usual spectrum is known
-WITHIN = 0.25  # [-] of a window about its begin, in which a line present in all of it began
+WITHIN = 0.25  # [-] of a window about its start, in which a line present in all of it began
 AGAIN = 5.0  # [s] of silence, after which the same line is another event
 MISSED = 3.5  # looks for which a line not yet reported may be missed
 
@@ -144,7 +144,7 @@ class Oscillation:
         return state, events
 
     def _listen(self, state: Heard, rows: Rows, ill: Mask) -> tuple[Heard, list[Event]]:
-        """Some rows on."""
+        """State after some rows, and events."""
         remembered = max(self._windows[-1], weave.LASTS)
         K, keep = self.space.reference.drive.gain, slice(-self._samples(remembered), None)
         gap = len(state.t) and rows.t[0] - state.t[-1] > GAP * self.period

@@ -269,10 +269,10 @@ def _held(bins: tuple[Bin, ...], size: Array, calm: int) -> bool:
 
 
 def _left_with_it(stood: Mask, felt: Array, sd: Array) -> bool:
-    """Whether a standing arm moved away with its load: then a piece is as likely as a push.
+    """Whether a standing arm moved away still feeling it: then it is taken for a piece.
 
-    The torque of a joint that began to move is doubtful; half of the force must remain without that
-    doubt.
+    The torque of a joint that began to move is doubtful; disregarding that doubt, half of the force
+    must remain.
 
     Args:
         stood: in each bin, (B,).

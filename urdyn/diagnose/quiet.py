@@ -21,7 +21,7 @@ RELAX = 0.015  # [-] of a standing one's: its friction changes slowly, but so ma
 SPREAD = 0.02  # [-] of the estimate of its spread, per bin
 WILD = 3.0  # [sd] most that one bin counts in the spread
 NOTHING = 8.0  # [-] sum of squares below which bins determine the baseline's spread
-LEARNS = 3.0  # [s] in which the moments' loads include one that a bin showed first
+LEARNS = 3.0  # [s] until the moments' loads include one that a bin showed first
 
 
 @dataclass(frozen=True, eq=False)

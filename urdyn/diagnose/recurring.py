@@ -86,7 +86,7 @@ class Recurring:
     def step(
         self, state: Recurred, rows: Rows, load: Array, left: Array, judged: Mask, told: Mask
     ) -> tuple[Recurred, list[Event]]:
-        """Some rows on.
+        """State after some rows, and events.
 
         Args:
             load: of joints, (N, J) [N·m].

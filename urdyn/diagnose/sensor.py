@@ -48,7 +48,7 @@ class Felt:
     last: Array  # (J,) [A]
     heard: Mask  # (J,) whether it ever gave a value
     same: Array  # (J,) rows for which the value was the same
-    began: Array  # (J,) [s] begin of that
+    began: Array  # (J,) [s] start of that
     slid: Array  # (J,) rows of it in which the joint slid
     held: Array  # (J,) [A] the value at which it was last stuck; NaN: never
     froze: Array  # (J,) [s] when that began
@@ -56,8 +56,8 @@ class Felt:
     other: Mask  # (J,) whether it has given another value since
     beyond: Mask  # (J,) whether it has given a value further from zero since
     silent: Array  # (J,) rows without a value
-    went: Array  # (J,) [s] begin of that
-    fell: Array  # (J,) [s] begin of the last long enough to be reported
+    went: Array  # (J,) [s] start of that
+    fell: Array  # (J,) [s] start of the last long enough to be reported
     company: Array  # (J,) fewest joints that fell silent together, itself included
     left: Array  # (n, J) [A] recent residuals, where a beat has few rows
     rough: Array  # (J,) [A] their noise
