@@ -38,7 +38,7 @@ class Explanation:
     began: tuple[float, float, float]  # [s] 5, 50 and 95 %
     size: float  # present change of the first state
     size_sd: float
-    rate: float  # [1/s]; 0 of a step
+    rate: float  # [1/s]; 0 for a step
     rate_sd: float
     older: bool  # it may be older than the run
 

@@ -34,7 +34,7 @@ class FastState:
 
 @dataclass(frozen=True, eq=False)
 class Fast:
-    """Their tests together: a beat in, events out."""
+    """All fast tests: a beat in, events out."""
 
     space: Space
     period: float  # [s] between rows

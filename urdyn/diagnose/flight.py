@@ -51,12 +51,12 @@ class Flight:
     def weigh(
         self, rows: Rows, after: Array, load: Array, left: Array, j: int, tool: Array
     ) -> tuple[Array, Array]:
-        """Log likelihood ratios of the gaps, and what they would be, (gaps,) [nats].
+        """Log likelihood ratios of the gaps, and their expected values, (gaps,) [nats].
 
         Args:
             after: time since the reversal, (N,) [s].
             load: of joint j, (N,) [N·m].
-            left: of its current by the model, (N,) [A].
+            left: residual of its current, (N,) [A].
             tool: inertials carried, (10,).
         """
         nothing = np.zeros(len(FLIGHTS))
@@ -102,7 +102,7 @@ class Flight:
         return float(arm.torque_derivatives(q, still, still, inertials)[2][j, j])
 
     def _beside(self, rows: Rows, load: Array, left: Array, j: int) -> Beside:
-        """What a joint's current has in it around a reversal."""
+        """The content of a joint's current around a reversal."""
         K = self.space.reference.drive.gain[j]
         slope = np.gradient(load, self.period)
         known = np.stack([load, slope, np.gradient(slope, self.period)], axis=1) * KNOWN / K
@@ -112,7 +112,7 @@ class Flight:
     def _delayed(
         self, beside: Beside, after: Array, load: Array, mass: float, side: float
     ) -> tuple[Array, Array]:
-        """Log likelihood ratios of the gaps, and what they would be, (gaps,) [nats].
+        """Log likelihood ratios of the gaps, and their expected values, (gaps,) [nats].
 
         Args:
             after: time since the load reversed, (N,) [s].
@@ -179,7 +179,7 @@ def _told(r: Array, x: Array) -> tuple[float, float]:
     n = len(r) - 2.0  # the level and the slope are free
     power = _power(r - np.array([0.0, *SHARES])[:, None] * x)
     each = _likelihood(power, n)
-    louder = max(1.0, power.min() / n)  # what the model leaves just here
+    louder = max(1.0, power.min() / n)  # the model's residual just here
     shown = 0.5 * n * np.log1p(_power(min(SHARES) * x) / (n * louder))
     return float(_mean(each[1:] - each[0])), float(shown)
 

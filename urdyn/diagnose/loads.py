@@ -116,7 +116,7 @@ class Loads:
         return carrying.on(ripe, self.beside.said(near, before, modes[mode].mean)), pool
 
     def _weighed(self, carrying: Carrying, A: Array, before: Belief) -> Carrying:
-        """With a moment more of that load, A (n, n)."""
+        """With one more moment of that load, A (n, n)."""
         A = A if carrying.whole is None else carrying.whole + A
         return replace(
             carrying, whole=A, weighed=float(np.sqrt(self.beside.unsure(A, before, 1)[0]))
@@ -187,7 +187,7 @@ def _anything(moments: Sequence[Waiting], mode: Mode) -> tuple[float, Mode]:
     """How well an unknown load explains moments [nats], and its estimate.
 
     Args:
-        mode: near which they are taken.
+        mode: load near which they are linearised.
     """
     anything = carried.anything(moments[-1].end)
     told = carried.together([carried.nearest(w.told, mode.mean) for w in moments])
@@ -198,7 +198,7 @@ def _as_the_others(moments: Sequence[Waiting], mode: Mode) -> bool:
     """Whether the first moment has the others' load, rather than the jolt that brought it.
 
     Args:
-        mode: near which they are taken.
+        mode: load near which they are linearised.
     """
     first, *others = moments
     if not others:

@@ -69,7 +69,7 @@ class Onlooker:
         self._noted = {"restarts": 0, "load_as_set": False}
 
     def begin(self, folder: Path, index: int, identity: Mapping[str, str]) -> None:
-        """Where the run is kept, and from which sample it goes on."""
+        """Learn where the run is kept, and from which sample it goes on."""
         rules = hashlib.sha256(repr(self.rules).encode()).hexdigest()
         self._folder = folder
         path = folder / KEPT.format(index=index)
@@ -102,7 +102,7 @@ class Onlooker:
             self._there.send(words_frame({"note": noted}))
 
     def keep(self, index: int) -> None:
-        """Remember this sample, and the one before until the run has been kept as well."""
+        """Keep this sample, and the one before until the run has been kept as well."""
         self._pass_on()
         self._keeping, self._kept = index, -1  # even where this sample has been kept before
         self._there.send(words_frame({"keep": index}))

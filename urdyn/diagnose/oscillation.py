@@ -197,7 +197,7 @@ class Oscillation:
         like = state.like(line, missed, now - AGAIN)
         before = like or _begun(state, line, t, window)
         before = replace(before, last=now, frequency=line.frequency)
-        if before.told and line.joint != before.joint:  # what it shakes
+        if before.told and line.joint != before.joint:  # a joint that it shakes
             return state.after(before), []
         ring = before.going_on(line, t)
         lasts = self._lasts(ring, line, window, known) and not doubted

@@ -28,7 +28,7 @@ class Pace:
 
     @property
     def chunk(self) -> int:
-        """Rows of which a few make a beat; the last of them may be fewer."""
+        """Rows of a chunk, of which a few make a beat; the last may be shorter."""
         return -(-self.beat // -(-self.beat // CHUNK))
 
     def lasted(self, first: float, last: float, length: float) -> bool:

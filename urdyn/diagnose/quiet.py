@@ -33,7 +33,7 @@ class Quiet:
     slack: Array  # (2, J) [N·m] range in which friction may have moved it since
     loose: Mask  # (J,) joints that begin to move, or to stand
     creep: Creep  # how joints stood
-    since: Array  # (J,) [s] when they began to, or to move
+    since: Array  # (J,) [s] when they began to stand, or to move
     aimed: Array  # (J,) [N·m] predicted when the baseline was made
     asked: Array  # (J,) [N·m] predicted in the last bin
     spread: Array  # (J,) [(N·m)²] of quiet bins about it
@@ -43,12 +43,12 @@ class Quiet:
     seen: int = 0  # quiet bins
     still: float = -np.inf  # [s] end of the last bin without a residual
     calm: int = 0  # quiet bins since the last loud one
-    bins: tuple[Bin, ...] = ()  # of what happens
+    bins: tuple[Bin, ...] = ()  # of a possible push
     loads: Array = field(default_factory=partial(np.zeros, (0, 10)))  # known when it began
 
     @property
     def going(self) -> bool:
-        """Whether something happens."""
+        """Whether there may be a push."""
         return bool(self.bins)
 
     def load_at(self, t: float, carried: Array) -> Array:

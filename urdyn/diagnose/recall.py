@@ -31,7 +31,7 @@ class Recall:
     def after(
         self, block: Block, healthy: Healthy, known: Sequence[Fault], straying: Straying
     ) -> Recall:
-        """With one block more, without the oldest where they are too many."""
+        """With one more block, without the oldest where they are too many."""
         first, *others = (*self.blocks, block)
         if len(others) < KEPT:
             return replace(self, blocks=(first, *others))

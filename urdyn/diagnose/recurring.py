@@ -210,7 +210,7 @@ def unjolted(findings: Sequence[Finding], seen: Recurred, coulomb: Array) -> tup
         coulomb: friction of the joints, (J,) [N·m], in units of which a push is largest.
     """
     loose = [f.joint for f in findings if f.kind == "joint_backlash"]
-    if not loose:  # every beat asks, and pushes are many
+    if not loose:  # called every beat, and pushes are many
         return tuple(findings)
 
     def own(f: Finding) -> bool:

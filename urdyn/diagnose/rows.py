@@ -21,7 +21,7 @@ from urdyn.model.drive import FRICTION, Drive
 from urdyn.model.friction import Contact, friction_torque
 from urdyn.types import Array, Mask, Motion
 
-OWN = ("f", "alpha", "beta", "z", "o", "rotor")  # states that move the current of their joint alone
+OWN = ("f", "alpha", "beta", "z", "o", "rotor")  # states that affect their joint's current alone
 COULOMB, STRUCTURAL, HEALTH, ROTOR = (OWN.index(name) for name in ("f", "beta", "z", "rotor"))
 SLIDING_DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides; more where it creeps
 SMEARED = 0.15  # [-] of a row, by which estimated kinematics may be off

@@ -32,7 +32,7 @@ def measured_rows(y: Array) -> Rows:
 
 
 def residual_of(y: Array, rows: Rows, expected: Array) -> Array:
-    """What was measured minus what was expected of the measured rows, (..., r)."""
+    """Measured minus expected values of the measured rows, (..., r)."""
     measured = y[rows]
     if measured.shape != expected.shape[-1:]:
         raise InputError(

@@ -1,4 +1,4 @@
-"""Kalman's two halves on a model linearised where the belief stands.
+"""Kalman's two halves on a model linearised at the belief's mean.
 
     x⁻ = f(x),  P⁻ = F P Fᵀ + Q
     S = H P⁻ Hᵀ + R = V Vᵀ,  B = V⁻¹ H P⁻,  K = Bᵀ V⁻¹,  x = x⁻ + K r,  P = P⁻ - Bᵀ B
@@ -174,7 +174,7 @@ def noise_of(model: TwoSlice[U], u: U, expected: Array) -> Array:
 def joseph(P: Array, K: Array, H: Array, HP: Array, R: Array) -> Array:
     """Covariance after a gain K, optimal or not, (..., n, n): Joseph's form [Bucy1968]_.
 
-    (1 - K H) P (1 - K H)ᵀ + K R Kᵀ, associated so that it costs n² m and not n³.
+    (1 - K H) P (1 - K H)ᵀ + K R Kᵀ, associated so that it costs n² m, not n³.
     """
     A = P - K @ HP
     A -= (A @ np.swapaxes(H, -1, -2) - K @ R) @ np.swapaxes(K, -1, -2)

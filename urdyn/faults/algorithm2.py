@@ -205,9 +205,9 @@ def _one_way(side: Array) -> Mask:
 
 
 def crossing_level(promise: float, gain: float) -> float:
-    """Level [sd] that an exponential average of white noise passes once in `promise` steps."""
+    """Level [sd] that an exponential average of white noise crosses once in `promise` steps."""
 
-    from scipy.optimize import brentq  # takes long to import, and detectors need none of it
+    from scipy.optimize import brentq  # slow to import, and detectors do not need it
 
     def excess(z: float) -> float:
         density = np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi)

@@ -109,7 +109,7 @@ class Detection:
 
     @property
     def onset(self) -> int | None:
-        """Row from which the change seemed to be there, at the first alarm.
+        """Row at which the change began, as estimated at the first alarm.
 
         None where there is no alarm, and where a step or a variance leads: sums over all onsets
         keep the age of ramps alone. `GLR` gives that of a step, too.

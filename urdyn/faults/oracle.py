@@ -26,7 +26,7 @@ def oracle_cusum(e: Array, rate: float) -> Array:
     rate = given_number(rate, "rate", "any number but 0", lambda x: x != 0.0)
     e = given_rows(e, "innovations")
     steps, runs = e.shape
-    # Onsets are remembered for six times the age at which such a ramp is found.
+    # Onsets are kept for six times the age at which such a ramp is found.
     known = max(1, min(steps, int(np.ceil(6.0 * (60.0 / rate**2) ** (1.0 / 3.0)))))
     m = rate * np.arange(1, known + 1.0)[:, None]
     gathered, best = np.full((known, runs), -np.inf), np.empty((steps, runs))
@@ -39,9 +39,9 @@ def oracle_cusum(e: Array, rate: float) -> Array:
 
 
 def calibrated(healthy: Array, promise: float) -> float:
-    """Threshold that healthy statistics (N, runs) pass once in `promise` steps.
+    """Threshold that healthy statistics (N, runs) cross once in `promise` steps.
 
-    Alarms come at a constant rate: a run of N steps passes with probability 1 - exp(-N / promise).
+    Alarms come at a constant rate: a run of N steps crosses with probability 1 - exp(-N / promise).
     """
     promise, healthy = given_promise(promise), given_rows(healthy, "statistics")
     if not healthy.size or not np.isfinite(healthy).all():

@@ -13,7 +13,7 @@ SLOW = 50  # steps over which a swing shows that no autoregression predicts
 ROUNDS = 50  # of level and spread, each given the other
 PEAK = float(np.sqrt(2.0))  # peak of a swing over its standard deviation, as for a sine
 
-# Of a standard normal clipped: the expected square.
+# Expected square of a clipped standard normal.
 SQUARE = float(
     2.0 * ndtr(CLIP) - 1.0 - 2.0 * CLIP * np.exp(-0.5 * CLIP**2) / np.sqrt(2.0 * np.pi)
     + 2.0 * CLIP**2 * ndtr(-CLIP)

@@ -30,7 +30,7 @@ def detect(
 
     Args:
         series: (N,) or (N, n) of n streams, in any unit, NaN where nothing was measured.
-        baseline: the same streams while healthy, 1000 steps or more; or what was learnt from them.
+        baseline: the same streams while healthy, 1000 steps or more; or a `Baseline` of them.
             Skew, a restless spread and swings that it shows are no faults.
         promise: mean steps to a false alarm over all streams together, at least.
         side: of each stream: +1 where only a rise is a fault, -1 a fall, 0 both.

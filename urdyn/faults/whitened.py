@@ -83,7 +83,7 @@ class Whitened(Generic[S]):
         return WhitenedState(past, last, square, weight, inner), verdict
 
     def acknowledged(self, state: WhitenedState[S]) -> WhitenedState[S]:
-        """Evidence is gathered anew."""
+        """The same state without evidence."""
         return replace(state, inner=self._judge.acknowledged(state.inner))
 
     @property
