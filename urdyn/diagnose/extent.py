@@ -93,7 +93,7 @@ class Extent:
         ]
 
     def _share(self, state: SlowState, fault: Fault) -> Array | None:
-        """The share of each term in its joint's friction, (3,) [-]; None where it is no friction."""
+        """The share of each term in its joint's friction, (3,) [-]; else None."""
         if fault.was is None:
             return None
         lost = (b.lost for b in state.recall.blocks if b.end > fault.onset_lo)
