@@ -89,9 +89,8 @@ def test_what_strays_blindly_has_to_grow_faster(shop: Shop) -> None:
         walk = healthy.blind(np.full((3, healthy.space.joints), warm))
         nothing = np.zeros(0)
         block = Block(0.0, BLOCK, nothing, nothing, walk, lost=lost)
-        state = SimpleNamespace(
-            known=(Fault(k, -1.0, -1.0, 0.0, 0.1, was),), recall=SimpleNamespace(blocks=(block,))
-        )
+        fault, recall = Fault(k, -1.0, -1.0, 0.0, 0.1, was=was), SimpleNamespace(blocks=(block,))
+        state = SimpleNamespace(known=(fault,), recall=recall)
         told.append(60.0 * extent.strays(state)[k])
     rules = healthy.rules
     f, alpha = (rules.healthy[name]["hour"] for name in ("f", "alpha"))
