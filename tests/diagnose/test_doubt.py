@@ -59,7 +59,7 @@ def test_what_sensors_of_most_joints_do_not_tell_was_lost_on_the_way(
         for f in ill("sensor_fault", count)
     ]
     doubt, advice, shown = told(silent)
-    assert ("the stream has lost what they told" in doubt) == most
+    assert ("the stream has lost their values" in doubt) == most
     assert advice.startswith("see to the recorder and the network before") == most
     assert "this arm's twin" not in shown
 

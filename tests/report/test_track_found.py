@@ -350,4 +350,4 @@ def test_a_doubt_calls_a_joint_as_people_do(history):
         growing(joint=1, name="elbow_joint"), kind="sensor_fault", quantity=GAIN, size=-2.0
     )
     html = page(history, load)
-    assert "The current of elbow is told with another sign" in html.replace("\u00a0", " ")
+    assert "The current of elbow has the wrong sign" in html.replace("\u00a0", " ")

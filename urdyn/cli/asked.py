@@ -61,7 +61,7 @@ def read_as(
 ) -> tuple[Recording, ...]:
     """The recordings read in another way where options say so."""
     if rows is not None and len(recordings) != 1:
-        raise typer.BadParameter(f"rows {rows} of which log? they can be told of one log only")
+        raise typer.BadParameter(f"rows {rows} of which log? these options describe one log only")
     part = slice_of(rows) if rows is not None else None
     return tuple(overridden(one, columns=columns, rows=part, rate=rate) for one in recordings)
 

@@ -37,7 +37,7 @@ def bench_diagnose(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Commission a virtual arm, break it in every way, and count what is told.
+    """Commission a virtual arm, break it in every way, and count what is found.
 
     Example: [bold]urdyn bench diagnose --runs 4 --out kinds.html[/bold]
     """

@@ -24,8 +24,8 @@ Masses = Annotated[
     typer.Option(
         "--payload-mass",
         metavar="KG",
-        help="Mass of the payload in that log, in the same order; a known mass tells the drive "
-        "gains, and where none is given it is estimated.",
+        help="Mass of the payload in that log, in the same order; a known mass determines "
+        "the drive gains, and where none is given it is estimated.",
     ),
 ]
 PayloadRows = Annotated[
@@ -38,7 +38,7 @@ ToolOption = Annotated[
         "--tool",
         metavar="KG,X,Y,Z",
         help="Mass of the tool that the arm bore in all logs, and its centre from the flange, in "
-        "metres; 0: it bore none. Links are then told without it, and a payload that is tracked "
+        "metres; 0: it bore none. Links then do not include it, and a payload that is tracked "
         "counts it.",
     ),
 ]

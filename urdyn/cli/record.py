@@ -24,7 +24,7 @@ Out = Annotated[
     Path, typer.Option(metavar="LOG", help="Where to write it: .parquet, .mcap, .csv or .csv.zst.")
 ]
 Frequency = Annotated[
-    float | None, typer.Option(metavar="HZ", help="Samples a second; all of them unless told.")
+    float | None, typer.Option(metavar="HZ", help="Samples per second; by default all of them.")
 ]
 Recipe = Annotated[
     Path | None,

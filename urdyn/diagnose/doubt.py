@@ -19,11 +19,11 @@ FROM_THE_FIRST = (
     "of date, or currents are not in A; see to that before anything below"
 )
 LOSSY = (
-    "sensors of {} of {} joints do not fall silent at once: the stream has lost what they told; "
+    "sensors of {} of {} joints do not fall silent at once: the stream has lost their values; "
     "see to the recorder and the network before anything below"
 )
 TURNED = (
-    "the current of {} is told with another sign, or is another joint's: no gain is off by "
+    "the current of {} has the wrong sign, or is another joint's: no gain is off by "
     "{:.0f} %; see to the columns of the recording before anything below"
 )
 # No drive explains the currents of a joint with one of these: it is why a belief went astray.

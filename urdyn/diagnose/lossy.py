@@ -16,7 +16,7 @@ from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.trust import AT_ONCE, PAIR
 
 ADVICE = "look at the recorder and the network: sensors of {} joints do not fall silent at once"
-LACKING = "look at the recorder: of this joint it has told no current at all"
+LACKING = "look at the recorder: it has no current of this joint at all"
 
 
 def silent(kind: str, evidence: Mapping[str, Any]) -> bool:

@@ -96,6 +96,6 @@ def _check(arm: Arm, runs: Sequence[Run]) -> None:
     moving = [run.motion for run in runs if goes_somewhere(run.motion.q).any()]
     if not any(block.known.any() for motion in moving for block in blocks(typical, motion)):
         raise IdentifiabilityError(
-            "no joint moves far enough in this log for friction and inertia to be told; "
+            "no joint moves far enough in this log for friction and inertia to be identified; "
             "record an excitation trajectory in which every joint moves"
         )

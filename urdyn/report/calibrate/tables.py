@@ -19,7 +19,7 @@ HEADS = ("a\n[mm]", "alpha\n[mrad]", "beta\n[mrad]", "d\n[mm]", "theta\n[mrad]")
 
 def calibrate_table(c: Calibration) -> Table:
     """How far each coordinate is from the drawing, ± its 90 % interval."""
-    title = f"{maker(c.arm.name)}: differences from the drawing ± 90 %; (…) the poses do not tell"
+    title = f"{maker(c.arm.name)}: differences from the drawing ± 90 %; (…) not determined"
     told = dict(
         zip(
             c.drawing.form.names,

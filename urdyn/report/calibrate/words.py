@@ -51,7 +51,7 @@ def answer(summary: Mapping[str, Any]) -> str:
     )
     if summary["model"] != "geometry":
         alone = millimetres(summary["geometry_alone_rms_mm"])
-        words += f" Geometry alone, all that other tools can be told, comes to {alone}."
+        words += f" Geometry alone, which is all that other tools can use, comes to {alone}."
     worst, mean = millimetres(held["worst_mm"]), millimetres(held["rms_mm"])
     return f"{words} In regions that it has not seen it is off by {mean}, at worst {worst}."
 

@@ -79,7 +79,7 @@ def _headline(found: Excitation, name: str, wall: float) -> Html:
 
 def _interest(found: Excitation) -> str:
     ask = found.ask
-    what = ", ".join(ask.interest) or "everything that motion tells"
+    what = ", ".join(ask.interest) or "everything that motion shows"
     return f"Asked for: {what}. {safety(found)}"
 
 

@@ -41,14 +41,14 @@ PICKED = (
     "what the fit leaves: use the rows before or after that alone (--rows)"
 )
 SLOPES = (
-    "no velocities are in {}: they were taken from the angles, which tell accelerations less well; "
+    "no velocities are in {}: they were taken from the angles, with less accurate accelerations; "
     "record actual_qd"
 )
 SKEWED = (
     "currents are {} ms {} beside the motion, more than recorders skew streams by, and friction "
     "and inertia may be as wrong: record both in one stream, at 100 Hz or more"
 )
-UNMEASURED = "no current of {} is in any log: what is said of it is only what is typical"
+UNMEASURED = "no current of {} is in any log: its values are only what is typical"
 
 
 def doubts(fit: Fit, scores: Sequence[Score]) -> list[str]:

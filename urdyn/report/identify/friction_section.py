@@ -63,8 +63,8 @@ def _warmth(fit: Fit) -> str:
     known = fit.dynamics.drive.temperature[np.isfinite(fit.dynamics.drive.temperature)]
     if not len(known):
         return (
-            "The logs told no joint temperatures. Viscous friction falls while joints warm up: "
-            "with temperatures in the logs, tracking would tell that from wear."
+            "The logs contain no joint temperatures. Viscous friction falls while joints warm up: "
+            "with temperatures in the logs, tracking could tell that from wear."
         )
     low, high = (f"{x:.0f}" for x in (known.min(), known.max()))
     span = low if low == high else f"{low} to {high}"

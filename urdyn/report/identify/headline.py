@@ -66,7 +66,7 @@ def _rests(found: Pooled, names: Sequence[str]) -> str:
     most = float(np.nanmax(found.standing, initial=0.0))
     if most < RESTS:
         return ""
-    words = f" Joints stood in up to {percent(most)} of the rows, and no model tells stiction"
+    words = f" Joints stood in up to {percent(most)} of the rows, and no model predicts stiction"
     if not np.isfinite(found.moving).any():
         return words + "."
     return f"{words}: while they moved the error is {_range(found.moving, names)}."

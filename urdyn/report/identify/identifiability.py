@@ -20,7 +20,7 @@ STILL = np.radians(5.0)  # [rad] of travel: a joint with less in every log hardl
 def identifiability(fit: Fit, scores: Sequence[Score]) -> Html:
     """How much the data determine each kind of parameter."""
     return section(
-        "What the data tell, and what they leave to the prior",
+        "What the data determine, and what they leave to the prior",
         f"Rank {fit.rank} of {fit.n_parameters} columns: the data fix {fit.rank} combinations of "
         f"the link inertials and the joints’ core friction terms; the other "
         f"{fit.n_parameters - fit.rank} rest on the prior. {still(fit, scores)}",

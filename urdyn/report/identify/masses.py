@@ -93,7 +93,7 @@ def _tool(fit: Fit) -> Html:
     centre = ", ".join(number(1e3 * x, 3) for x in centre_of_mass(tool))
     return paragraph(
         f"Tool: {number(float(tool[0]), 3)} kg, centre of mass at {centre} mm in the flange frame, "
-        "as it was named; links are told without it."
+        "as it was named; links do not include it."
     )
 
 
