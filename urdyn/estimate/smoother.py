@@ -1,15 +1,15 @@
-"""Beliefs about the past, in the light of what came after it.
+"""Beliefs about the past, given later observations.
 
-What is read later tells of a slice as readings of noise 1 do, z = W (x - x̂) + e about what the
-filter believed. They are taken back over the slices, and meet its belief in each [Fraser1969]_.
-With a prime for the slice after, a minus for what was predicted and P = L Lᵀ,
+Later observations act on a slice as readings of unit noise, z = W (x - x̂) + e, about the filter's
+belief. Carried back over the slices, they update its belief in each [Fraser1969]_. With a prime for
+the next slice, a minus for the prediction and P = L Lᵀ,
 
     W⁺ = [W'; V H],    z⁺ = [z'; V (y - h(x⁻) - H (x̂' - x⁻))],    V R Vᵀ = 1
     W = C⁻¹ W⁺ F,      z = C⁻¹ (z⁺ + W⁺ (x̂' - x⁻)),               C Cᵀ = 1 + W⁺ Q W⁺ᵀ
     P_s = L (1 + Lᵀ Wᵀ W L)⁻¹ Lᵀ,    x_s = x̂ + P_s Wᵀ z
 
-Neither F, Q nor a belief is inverted: of states that fade and that hardly any noise moves, this
-would magnify rounding in each slice. Transitions are linearised where the filter stood.
+Neither F, Q nor a belief's covariance is inverted: for states that decay with hardly any process
+noise, this would magnify rounding in each slice. Transitions are linearised at the filter's mean.
 """
 
 from __future__ import annotations
@@ -37,17 +37,17 @@ from urdyn.types import Array, Gaussian
 
 @dataclass(frozen=True, eq=False)
 class Passed:
-    """One slice as the filter went through it."""
+    """One slice as the filter processed it."""
 
     moves: Array  # (n + 1, n + 1) [[F, x̂ - x⁻], [0, 1]], from the slice before
     Q: Array  # (n, n)
     filtered: Gaussian
-    read: Array  # (r, n + 1) [W z] of its own readings
+    read: Array  # (r, n + 1) [W z] of its own observations
 
 
 @dataclass(frozen=True, eq=False)
 class Recent:
-    """The belief that all still rests on, and the slices since."""
+    """The oldest belief kept, and the slices since."""
 
     before: Gaussian  # filtered, of the slice before the first in `passed`
     passed: tuple[Passed, ...]
@@ -60,7 +60,7 @@ class Recent:
 
 @dataclass(frozen=True)
 class FixedLag:
-    """A filter whose belief is about the slice `lag` slices ago, given all since."""
+    """A filter whose belief is about the slice `lag` slices ago, given all observations since."""
 
     lag: int = 10
 
@@ -72,7 +72,7 @@ class FixedLag:
         return Recent(model.prior, ())
 
     def step(self, model: TwoSlice[U], state: Recent, u: U, y: Array) -> tuple[Recent, Innovation]:
-        """Predict over u.dt, then learn from the finite rows of y, (m,); forget what is older."""
+        """Predict over u.dt, then learn from the finite rows of y, (m,); drop old slices."""
         here, innovation = _forward(model, state.last, u, y)
         passed = (*state.passed, here)
         if len(passed) <= self.lag:
@@ -80,7 +80,7 @@ class FixedLag:
         return Recent(passed[0].filtered, passed[1:]), innovation
 
     def belief(self, state: Recent) -> Gaussian:
-        """Of the slice `lag` ago; of the prior's until so many have passed."""
+        """The belief about the slice `lag` ago; about the prior's until so many have passed."""
         later = _nothing(state.before)
         for slice_ in reversed(state.passed):
             later = _undisturbed(slice_, later) @ slice_.moves
@@ -115,13 +115,13 @@ def _forward(model: TwoSlice[U], state: Gaussian, u: U, y: Array) -> tuple[Passe
     moves = np.eye(n + 1)
     moves[:n, :n], moves[:n, n] = F, filtered.mean - predicted.mean
     left = y[rows] - seen - H @ moves[:n, n]
-    # R may be singular where S is not: no reading has less noise than rounding leaves of S.
+    # R may be singular where S is not: no reading has less noise than S has rounding error.
     V, _ = whitening(R + ROUNDING * np.diag((own + R).diagonal()))
     return Passed(moves, Q, filtered, V @ np.column_stack([H, left])), innovation
 
 
 def _backward(state: Recent) -> Smoothed:
-    """From the newest slice to the oldest; the belief before the first comes out at index 0."""
+    """Smooth from the newest slice to the oldest; index 0 is the belief before the first."""
     later, n = _nothing(state.before), len(state.before.mean)
     means, covs, crosses = [state.last.mean], [state.last.cov], []
     filtered = [state.before, *(p.filtered for p in state.passed[:-1])]
@@ -129,7 +129,7 @@ def _backward(state: Recent) -> Smoothed:
         told = _undisturbed(slice_, later)
         later = told @ slice_.moves
         belief = _beside(here, later)
-        # How the next slice moves with this one in the light of all later: (1 + Q W⁺ᵀ W⁺)⁻¹ F.
+        # Dependence of the next slice on this one, given all later data: (1 + Q W⁺ᵀ W⁺)⁻¹ F.
         A = slice_.moves[:n, :n] - slice_.Q @ told[:, :n].T @ later[:, :n]
         means.append(belief.mean)
         covs.append(belief.cov)
@@ -140,14 +140,14 @@ def _backward(state: Recent) -> Smoothed:
 
 
 def _nothing(belief: Gaussian) -> Array:
-    """What is read later than the newest slice, (0, n + 1)."""
+    """Observations after the newest slice: none, (0, n + 1)."""
     return np.zeros((0, len(belief.mean) + 1))
 
 
 def _undisturbed(here: Passed, later: Array) -> Array:
-    """What is read from a slice on, [W z], (k, n + 1), of where it would be without its Q.
+    """Readings from a slice on, [W z], (k, n + 1), about where it would be without its Q.
 
-    No more than n readings are kept: they tell all.
+    At most n readings are kept: they contain all the information.
     """
     n = len(here.Q)
     told = np.concatenate([later, here.read])
@@ -159,7 +159,7 @@ def _undisturbed(here: Passed, later: Array) -> Array:
 
 
 def _beside(belief: Gaussian, later: Array) -> Gaussian:
-    """The belief in the light of readings [W z], (k, n + 1), about its mean."""
+    """The belief given readings [W z], (k, n + 1), about its mean."""
     if not len(later):
         return belief
     n, L = len(belief.mean), lower_root(belief.cov)
