@@ -1,15 +1,15 @@
-"""Every course that a parameter may be on, each with its evidence: regressions of one unknown.
+"""Every course that a parameter may take, with its evidence: regressions with one unknown.
 
     change = pace x min(t - t0, lasts)^power
 
-is a ramp that goes on (power 1), one that stopped, a step (power 0), what wears in or gathers speed
-(other powers), and what grows in proportion to itself, which is a power without end. Given its
-shape, the pace is a Gaussian that is cut off at zero, so that P(crossed within x) is known in
-closed form; the posterior mixes these over all shapes and onsets. What is flat never crosses.
+is a ramp that goes on or has stopped (power 1), a step (power 0), wear that slows down or
+accelerates (other powers), or exponential growth, the limit of large powers. Given its shape, the
+pace is a Gaussian truncated at zero, so that P(crossed within x) has a closed form; the posterior
+mixes these over all shapes and onsets. A flat course never crosses.
 
-A bent course is not known by its past: from now on it may go straight on, or as hitherto, or
-exponentially and at FASTER times the rate. So nothing bent is foretold as if it were straight.
-Nor is what is straight in the long run only: besides there are ramps that wander on their way.
+The past of an accelerating course does not determine its future: it may go on straight, as before,
+or exponentially at FASTER times the rate. So no curved course is forecast as if it were straight.
+Nor is one that is straight only in the long run: there are also ramps that wander.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from urdyn.faults.wander import STEPS, Walks
 from urdyn.faults.whiten import Baseline
 from urdyn.types import Array, Index
 
-# Sliding wears in proportion to its way [Archard1953]_. Each share of what bends or wanders widens
-# the intervals of what does not.
+# Sliding wear is proportional to the distance slid [Archard1953]_. Each share given to curved or
+# wandering courses widens the intervals of straight ones.
 SHARES = (0.001, 0.01, 0.969, 0.01, 0.01)  # [-] prior probability of each power
 UNEVEN = 0.02  # [-] prior odds of a ramp that wanders, over one that does not
-ENDLESS, ALWAYS = 1e3, 0.01  # power that is an exponential's, and its prior probability
-FASTER = 2.0  # [-] of the rate, by which what is bent may go on faster
+ENDLESS, ALWAYS = 1e3, 0.01  # power that stands for an exponential, and its prior probability
+FASTER = 2.0  # [-] of the rate, at which an accelerating course may go on
 NEGLIGIBLE = 1e-6  # [-] weight of a course
-STEADY = 0.8  # [-] least variance of innovations that is believed, over the baseline's
-PRIOR_STEPS = 30.0  # [steps] that the baseline's spread counts for, beside what was followed
+STEADY = 0.8  # [-] least credible variance of innovations, over the baseline's
+PRIOR_STEPS = 30.0  # [steps] weight of the baseline's spread against what was followed
 
 
 class Courses(NamedTuple):
@@ -44,7 +44,7 @@ class Courses(NamedTuple):
     S1: Array  # sum of shape x innovation
     S2: Array  # sum of shape²
     H: Array  # sum of shape
-    now: Array  # what the shape is now
+    now: Array  # present value of the shape
     age: Array  # [steps]
     lasts: Array  # [steps]
     power: Array  # [-]
@@ -54,11 +54,11 @@ class Courses(NamedTuple):
 def posterior(
     baseline: Baseline, state: Kinks, stream: int, sign: float, rise: float, hazard: float
 ) -> Posterior:
-    """Of the course of one stream.
+    """Posterior of the course of one stream.
 
     Args:
-        sign: +1 where the fault lets the parameter rise, -1 where it falls.
-        rise: [spread] up to the critical level, above 0: paces are taken for likely in its scale.
+        sign: +1 where the fault raises the parameter, -1 where it lowers it.
+        rise: [spread] up to the critical level, above 0; sets the scale of the prior of paces.
         hazard: prior probability of an onset, and of a stop, per step.
     """
     if not state.N[stream] > 0.0:
@@ -68,7 +68,7 @@ def posterior(
     evidence = np.concatenate([evenly, unevenly])
     evidence += np.log(hazard)
     total = float(np.logaddexp.reduce(evidence))
-    # A walk has no side: one that went the other way is no fault of this one, and explains as much.
+    # A walk has no preferred side: one to the other side is no such fault, yet explains as much.
     other = float(np.logaddexp.reduce(otherwise)) + np.log(hazard)
     healthy = np.logaddexp(np.log1p(-hazard) * state.t, other)
     begun = float(np.exp(total - np.logaddexp(total, healthy)))
@@ -81,7 +81,7 @@ def posterior(
 def _even(
     baseline: Baseline, state: Kinks, stream: int, sign: float, rise: float, hazard: float
 ) -> tuple[Courses, Paces, Array]:
-    """Courses that go as their shape says, of which something is told; paces, and log evidence."""
+    """Courses without wander that the data inform; their paces and log evidence."""
     kinds = (
         bent(state, stream), going(baseline, state, stream),
         stopped(baseline, state, stream, hazard), always(state, stream),
@@ -97,7 +97,7 @@ def _even(
 def _uneven(
     baseline: Baseline, state: Kinks, stream: int, sign: float, rise: float
 ) -> tuple[Walking, Paces, Array, Array]:
-    """Ramps that wander; paces, and log evidence on the fault's side and on the other."""
+    """Ramps that wander; their paces, and log evidence on the fault's side and on the other."""
     walks, besides = wandering(baseline, state, stream)
     paces, likely = _paces(sign * walks.S1, walks.S2, np.ones(len(walks.S1)), rise)
     likely, high = likely + besides, _height(walks, paces, sign)
@@ -112,9 +112,9 @@ def _paces(S1: Array, S2: Array, power: Array, rise: float) -> tuple[Paces, Arra
 
 
 def levelled(baseline: Baseline, state: Kinks, stream: int, one: Courses) -> tuple[Array, Array]:
-    """S1 and S2 at the spread that innovations have, without what the level's doubt explains.
+    """S1 and S2 at the actual spread of innovations, less what the level's error explains.
 
-    The baseline knows its level b to the variance kappa² / steps of theirs, whatever the course; 0
+    The variance of the baseline's level b is kappa² / steps of theirs, whatever the course; S2 is 0
     where nothing is left.
     """
     wide = widened(state, stream)
@@ -125,18 +125,18 @@ def levelled(baseline: Baseline, state: Kinks, stream: int, one: Courses) -> tup
 
 
 def _precision(baseline: Baseline, state: Kinks, stream: int) -> float:
-    """Of the level, by the baseline and what was followed, over that of one innovation."""
+    """Precision of the level, from baseline and data followed, over that of one innovation."""
     return float(state.N[stream] + baseline.steps[stream] / baseline.inflation[stream] ** 2)
 
 
 def widened(state: Kinks, stream: int) -> float:
-    """Variance of innovations over that of healthy ones, as their differences tell."""
+    """Variance of innovations over that of healthy ones, estimated from their differences."""
     squares, count = state.stride[:, stream]
     return max(STEADY, float((PRIOR_STEPS + squares) / (PRIOR_STEPS + count)))
 
 
 def bent(state: Kinks, stream: int) -> Courses:
-    """What goes on, of every power but a ramp's, from every onset that is remembered."""
+    """Courses that go on, of every power but a ramp's, from every onset kept."""
     used, others = np.isfinite(state.onset), np.arange(len(POWERS)) != RAMP
     shape = (int(others.sum()), int(used.sum()))
     age = np.broadcast_to(state.t - state.onset[used], shape)
@@ -148,10 +148,10 @@ def bent(state: Kinks, stream: int) -> Courses:
 
 
 def going(baseline: Baseline, state: Kinks, stream: int) -> Courses:
-    """Ramps that go on, from onsets between neighbours i and j that are remembered.
+    """Ramps that go on, from onsets between kept neighbours i and j.
 
-    Their h is w h_i + (1 - w) h_j, but for the few steps between the two. For neighbours are the
-    further apart the older they are, whereas the onset of what has grown for long is told sharply.
+    Their h is w h_i + (1 - w) h_j, except in the few steps between the two. Old neighbours are far
+    apart, whereas the onset of long growth is known sharply.
     """
     onset = state.onset[np.isfinite(state.onset)]
     i = np.arange(len(onset))
@@ -185,9 +185,9 @@ def stopped(baseline: Baseline, state: Kinks, stream: int, hazard: float) -> Cou
 def _products(baseline: Baseline, state: Kinks, stream: int, i: Index, j: Index) -> Array:
     """Sum h_i h_j of ramps from an onset i and a later one j.
 
-    Where j is as many steps behind i as the autoregression has lags, or more, h_i is a straight
-    line by then, (1 - sum a) k + sum j a_j, of which the sums are kept. But not after a gap, whose
-    products are kept themselves.
+    Where j is at least as many steps after i as the autoregression has lags, h_i is a straight line
+    by then, (1 - sum a) k + sum j a_j, whose sums are kept. This fails after a gap, where the
+    products themselves are kept.
     """
     a = baseline.coefficients[stream]
     passed, lag = 1.0 - a.sum(), a @ np.arange(1.0, len(a) + 1.0)
@@ -197,9 +197,9 @@ def _products(baseline: Baseline, state: Kinks, stream: int, i: Index, j: Index)
 
 
 def always(state: Kinks, stream: int) -> Courses:
-    """Exponentials, which have no onset: as large as the noise at one step or another.
+    """Exponentials, which have no onset: each was as large as the noise at some step.
 
-    But not without the time to grow twice e-fold since.
+    Only those count whose history spans more than two e-folds.
     """
     one, (S1, S2, H) = np.ones(len(TIMES)), state.X[:, :, stream]
     prior = ALWAYS / len(TIMES) * np.where(state.t > 2.0 * TIMES, TIMES, 0.0)
@@ -209,8 +209,8 @@ def always(state: Kinks, stream: int) -> Courses:
 def _density(pace: Array, power: Array, rise: float) -> Array:
     """Log prior density of paces: the critical level is D > 2 steps from the onset, p(D) = 2 / D².
 
-    Which is flat in the rate of a ramp. Steps are flat up to the level; exponentials were as large
-    as the noise at no step rather than another, and have grown since.
+    This is flat in the rate of a ramp. Steps are uniform up to the level; exponentials were as
+    large as the noise at any step with equal probability, and have grown since.
     """
     g = np.where((power > 0.0) & (power < ENDLESS), power, 1.0)
     known = np.log(2.0 / (g * rise)) + (1.0 - 1.0 / g) * np.log(rise / pace)
@@ -219,7 +219,7 @@ def _density(pace: Array, power: Array, rise: float) -> Array:
 
 
 def _ahead(weight: Array, one: Courses, pace: Paces) -> Smooth:
-    """Courses that count; one that gathers speed has three futures, equally likely."""
+    """Courses that count; an accelerating one has three equally likely futures."""
     kept = weight > 0.0
     age, lasts, power, now = one.age[kept], one.lasts[kept], one.power[kept], one.now[kept]
     weight = weight[kept] / np.where(power > 1.0, 3.0, 1.0)
@@ -247,16 +247,16 @@ class Walking(NamedTuple):
     S1: Array
     S2: Array
     age: Array  # [steps]
-    shape: Array  # [steps] what the level follows of a ramp now
-    off: Array  # [spread] where the level is but for the ramp
+    shape: Array  # [steps] present level per unit of pace
+    off: Array  # [spread] present level without the ramp
     var: Array  # [spread²]
     walk: Array  # [spread²/step]
 
 
 def wandering(baseline: Baseline, state: Kinks, stream: int) -> tuple[Walking, Array]:
-    """Ramps that wander, and the log odds of each besides its regression's, its prior among them.
+    """Ramps that wander, and the log odds of each beyond its regression's, prior included.
 
-    u is passed times the level, `passed` what a lasting change leaves in innovations.
+    u is `passed` times the level; `passed` is the share of a lasting change left in innovations.
     """
     used = np.isfinite(state.onset)
     x = Walks(*state.walks[:, :, used, stream])
@@ -280,7 +280,7 @@ def _height(one: Walking, pace: Paces, sign: float) -> Array:
 
 
 def _walking(weight: Array, one: Walking, pace: Paces, sign: float) -> Wandering:
-    """Of those that count."""
+    """The wandering ramps that count."""
     kept = weight > 0.0
     return Wandering(
         weight[kept],

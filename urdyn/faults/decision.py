@@ -1,14 +1,14 @@
-"""Evaluation: what it is expected to cost to service a joint now, later, or not at all.
+"""Evaluation: expected cost of servicing a joint now, later, or not at all.
 
 The step phi_evaluation of the network [Kapteyn2021]_, by age replacement [Barlow1965]_ over a
-horizon H: with tau the time at which a fault that grows ends the work, serviced at T,
+horizon H: with tau the time at which a growing fault ends the work, and a service at T,
 
     C(T) = c(T) P(tau > T) + c_f P(tau <= T) + (c_s / L) E[H - min(tau, T)],
 
-where c(T) is that of stopping the work while T is within the notice that a plant needs, and c_s of
-a planned service afterwards; every hour that the new part runs before H uses up an L-th of the next
-service. Not to service costs c_f P(tau <= H) + (c_s / L) E[(H - tau)+]. What fails without a sign
-does so whatever is decided, and is left out.
+where c(T) is the cost of stopping the work while T is within the notice that a plant needs, and
+that of a planned service, c_s, afterwards; every hour that the new part runs before H uses up 1 / L
+of the next service. Not servicing costs c_f P(tau <= H) + (c_s / L) E[(H - tau)+]. Failures without
+warning happen whatever is decided, and are left out.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from urdyn.errors import InputError
 from urdyn.given import given, given_a, given_number, positive
 from urdyn.types import NORMAL90, Array
 
-STEPS = 400  # in which a later service may fall, and as many before
+STEPS = 400  # times at which a later service may fall, and as many before
 SOON = 1e-9  # [h]
-ALIKE = 1.0 + 1e-6  # times that are one but for rounding
+ALIKE = 1.0 + 1e-6  # ratio of times that are equal but for rounding
 
 
 @dataclass(frozen=True)
 class Costs:
-    """What an owner has to weigh; costs in one unit of their own."""
+    """An owner's costs, in any one unit, and times."""
 
-    service: float = 1.0  # planned, with all that it takes
+    service: float = 1.0  # planned, all included
     stop: float = 2.0  # the same at once, in the middle of the work
-    failure: float = 10.0  # unplanned, with what stands still meanwhile
-    notice: float = 24.0  # [h] after which a service is a planned one
+    failure: float = 10.0  # unplanned, downtime included
+    notice: float = 24.0  # [h] after which a service counts as planned
     life: float = 20_000.0  # [h] of a serviced joint
-    horizon: float = 2_000.0  # [h] over which the three are compared
+    horizon: float = 2_000.0  # [h] over which the three choices are compared
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -63,14 +63,14 @@ class Decision:
 
 
 def decide(t: Array, failed: Array, costs: Costs | None = None) -> Decision:
-    """The three choices for a joint.
+    """Expected costs of the three choices for a joint.
 
     Args:
         t: times from now, ascending from 0, (N,) [h]; the last is the horizon.
         failed: probability of a failure by then, (N,), not falling.
 
     Raises:
-        InputError: they do not fit each other, or end before a service can be a planned one.
+        InputError: they do not fit each other, or end before a service counts as planned.
     """
     costs = _given_costs(Costs() if costs is None else costs)
     t = given(t, "times", "hours from 0, ascending", lambda x: np.diff(x, prepend=-1.0) > 0.0)
@@ -96,11 +96,11 @@ def outlook(
     """Times over the horizon [h], and the probability of a failure by then, (N,) each.
 
     With this confidence a fault grows, and is forecast to end the work at `median` [h], 90 %
-    between `lo` and `hi`, normal before the median and log-normal behind it. An infinite median
-    with no limits: nothing is forecast.
+    between `lo` and `hi`, normal before the median and log-normal after it. An infinite median
+    without limits: nothing is forecast.
 
     Raises:
-        InputError: they are no such times, or may never come: `Forecast.failed` tells of those.
+        InputError: they are no such times, or may never come: `Forecast.failed` handles those.
     """
     _given_costs(costs)
     given(confidence, "confidence", "a probability", lambda x: (x >= 0.0) & (x <= 1.0))
@@ -124,12 +124,12 @@ def outlook(
 
 
 def _given_costs(costs: object) -> Costs:
-    """What an owner has to weigh; InputError where it is something else."""
+    """An owner's costs; InputError where it is something else."""
     return given_a(costs, Costs, "costs", "as Costs(failure=10.0) gives")
 
 
 def _not_falling(failed: Array) -> Array:
-    """Whether each is a probability, and none less than those before, but for rounding."""
+    """Whether each is a probability, and none less than the one before, but for rounding."""
     return np.asarray((failed >= 0.0) & (failed <= 1.0) & (np.diff(failed, prepend=0.0) >= -1e-9))
 
 
@@ -143,7 +143,7 @@ def _from_now(time: float, what: str) -> float:
 def _by(t: Array, median: float, lo: float, hi: float) -> Array:
     """Distribution of a half normal and a half log-normal that meet at the median, (N,).
 
-    What is due soon may be due at once, lo = 0, which no log-normal reaches.
+    A failure due soon may come at once, lo = 0, which no log-normal reaches.
     """
     from scipy.special import ndtr
 

@@ -1,14 +1,13 @@
-"""When a growth began, how it goes and how fast: regressions, onset by onset and power by power.
+"""Onset, shape and rate of a growth: regressions, onset by onset and power by power.
 
     e_t = r h(t - t0) + b + noise,    h(k) = k^g - sum_j a_j max(k - j, 0)^g,   k = t - t0 > 0
 
-is a regression through its kink, r in spreads of the baseline a step^g, whatever the unit: a ramp
-of power g = 1, a step of 0, what slows down or gathers speed between and beyond. Given onset and
-power, the pace r is Gaussian with the sums S1 = sum h e, S2 = sum h^2, and cut off at zero; what
-the baseline does not know of its own level is b, the same for all, taken out by H = sum h. So
-paces need no grid; onsets are remembered one by one while they are recent, and the older the
-sparser, so that any length of history fits. After a row that is missing, h and what b adds are
-carried across as the values are (`urdyn.faults.shapes`).
+is a regression with a kink at t0, r in baseline spreads per step^g, whatever the unit: a power g of
+1 is a ramp, of 0 a step; growth slows down between them and accelerates above. Given onset and
+power, the pace r is Gaussian with the sums S1 = sum h e and S2 = sum h^2, truncated at zero; b, the
+error of the baseline's level, is the same for all, and removed by H = sum h. So paces need no grid;
+recent onsets are all kept and older ones ever more sparsely, so that any length of history fits.
+After a missing row, h and the effect of b are propagated as the values are (`urdyn.faults.shapes`).
 """
 
 from __future__ import annotations
@@ -27,31 +26,31 @@ from urdyn.faults.whiten import Baseline, beside, given_baseline
 from urdyn.given import given_count, given_step
 from urdyn.types import Array, Mask, frozen
 
-CANDIDATES = 160  # onsets remembered
-FADED = np.exp(-np.array([[1.0], [2.0], [1.0]]) / TIMES)[:, :, None]  # a step later, (3, T, 1)
-MEMORY = 1000.0  # [steps] of the spread of innovations
-GATE = 4.0  # [spread] of an innovation from the median of its neighbours: an outlier tells no rate
-NEIGHBOURS = 5  # innovations of that median, the newest among them
+CANDIDATES = 160  # onsets kept
+FADED = np.exp(-np.array([[1.0], [2.0], [1.0]]) / TIMES)[:, :, None]  # decay over a step, (3, T, 1)
+MEMORY = 1000.0  # [steps] over which the spread of innovations is averaged
+GATE = 4.0  # [spread] from its neighbours' median, beyond which an innovation is an outlier
+NEIGHBOURS = 5  # innovations in that median, including the newest
 
 
 @dataclass(frozen=True, eq=False)
 class Kinks:
-    """Every onset that is remembered, and the regressions from it on, G powers."""
+    """Every onset kept, and the regressions from it on for G powers."""
 
-    t: int  # [steps] behind us
+    t: int  # [steps] so far
     past: Past
-    over: Shapes  # of what is expected of the last p steps, newest first, (p, ...)
+    over: Shapes  # in what is expected at the last p steps, newest first, (p, ...)
     recent: Array  # (NEIGHBOURS, n) [spread] innovations; NaN before the first
     onset: Array  # (A,) [step] last one without the fault; inf: not yet used
     mass: Array  # (A,) [steps] that it stands for
     S: Array  # (3, G, A, n) S1 = sum of h e, S2 = sum of h², H = sum of h w; w b is what b adds
-    K: Array  # (2, A, n) sums of k h and h of a ramp, in steps after which nothing was missing
-    P: Array  # (A, A, n) sum of h h' of two ramps, in the others; (0, 0, n) before the first
-    X: Array  # (3, T, n) S of exponentials, which have no onset, by what they are now
+    K: Array  # (2, A, n) sums of k h and h of a ramp, over steps unaffected by a gap
+    P: Array  # (A, A, n) sum of h h' of two ramps, over the others; (0, 0, n) before the first
+    X: Array  # (3, T, n) S of exponentials, which have no onset, per unit of their present value
     E: Array  # (n,) sum of w e
     N: Array  # (n,) sum of w²
-    stride: Array  # (2, n) squares of differences of successive e [healthy one], and their number
-    walks: Array  # (7, Q, A, n) of ramps whose level walks besides (`Walks`)
+    stride: Array  # (2, n) sum of squared differences of successive e [healthy mean]; their number
+    walks: Array  # (7, Q, A, n) of ramps whose level also walks (`Walks`)
 
     def __post_init__(self) -> None:
         for name in (x.name for x in fields(self) if x.name not in ("t", "past", "over")):
@@ -59,8 +58,8 @@ class Kinks:
 
 
 def kinks(baseline: Baseline, candidates: int = CANDIDATES) -> Kinks:
-    """Nothing seen yet; candidates: onsets that are remembered, 3 or more."""
-    # The one that is missed least lies between two.
+    """The state before any data; candidates: onsets kept, 3 or more."""
+    # An onset is dropped only from between two others.
     candidates = given_count(candidates, "candidates", 3)
     n = given_baseline(baseline).streams
     return Kinks(
@@ -82,7 +81,7 @@ def kinks(baseline: Baseline, candidates: int = CANDIDATES) -> Kinks:
 
 
 def follow(baseline: Baseline, state: Kinks, observed: Array) -> Kinks:
-    """One step on: a new candidate, and every regression learns from what was observed, (n,)."""
+    """One step: add a candidate onset and update every regression with `observed`, (n,)."""
     observed = given_step(observed, baseline.streams)
     past, left, by = baseline.bridge.crossed(state.past, observed)
     e = left / baseline.spread
@@ -126,16 +125,16 @@ def _terms(h: Array, w: Array, e: Array) -> tuple[Array, Array, Array]:
 
 
 def _paired(P: Array, ramp: Array, gone: int) -> Array:
-    """Sums (A, A, n) of products of two ramps with those of a step, (A, n)."""
+    """Sums (A, A, n) of products of two ramps, plus those of one step, (A, n)."""
     if not P.size:
         return ramp[:, None] * ramp if ramp.any() else P
-    if gone < len(ramp) - 1:  # of either onset
+    if gone < len(ramp) - 1:  # along both axes
         P = _without(_without(P, gone).reshape(len(P), -1), gone).reshape(P.shape)
     return P + ramp[:, None] * ramp if ramp.any() else P
 
 
 def followed(baseline: Baseline, series: ArrayLike, candidates: int = CANDIDATES) -> Kinks:
-    """After a whole series, (N,) or (N, n) [unit]."""
+    """The state after a whole series, (N,) or (N, n) [unit]."""
     rows, _ = beside(series, baseline)
     state = kinks(baseline, candidates)
     for row in rows:
@@ -144,14 +143,14 @@ def followed(baseline: Baseline, series: ArrayLike, candidates: int = CANDIDATES
 
 
 def _wild(recent: Array) -> Mask:
-    """The newest innovation lies far from the median of the last ones, (n,)."""
+    """Whether the newest innovation lies far from the median of the last ones, (n,)."""
     measured = np.isfinite(recent).all(axis=0)
     middle = np.median(np.where(measured, recent, 0.0), axis=0)
     return np.asarray(measured & (np.abs(recent[-1] - middle) > GATE), dtype=np.bool_)
 
 
 def _stride(baseline: Baseline, recent: Array) -> Array:
-    """Square of the newest difference, clipped as the baseline's were, and whether told, (2, n)."""
+    """Square of the newest difference, clipped as the baseline's, and if measured, (2, n)."""
     step = (recent[-1] - recent[-2]) / (np.sqrt(2.0) * baseline.stride)
     measured = np.isfinite(step)
     return np.stack([np.clip(np.where(measured, step, 0.0), -CLIP, CLIP) ** 2 / SQUARE, measured])
@@ -177,7 +176,7 @@ def _with_candidate(state: Kinks) -> tuple[Array, Array, int]:
 
 
 def _without(sums: Array, gone: int) -> Array:
-    """Sums (..., A, n) with an onset less, and an empty place at the end."""
+    """Sums (..., A, n) with one onset removed, and an empty place at the end."""
     kept = np.empty_like(sums)
     kept[..., :gone, :] = sums[..., :gone, :]
     kept[..., gone:-1, :] = sums[..., gone + 1 :, :]

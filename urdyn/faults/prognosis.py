@@ -1,9 +1,9 @@
-"""How long it will be until a level is crossed, with an interval that means what it says.
+"""Time until a level is crossed, with an interval of the stated coverage.
 
-Medians and intervals are those of the mixture over all courses that the parameter may be on
-(`urdyn.faults.courses`): ramps from every onset, and what wanders, is flat, slows down or gathers
-speed as far as the data speak for it. What may never cross has no upper limit: it is infinite, and
-so is a median where that is the likelier. Nothing is extrapolated that is not uncertain.
+Medians and intervals are those of the mixture over all courses that the parameter may take
+(`urdyn.faults.courses`): ramps from every onset, and courses that wander, stay flat, slow down or
+accelerate, as far as the data support them. Where a level may never be crossed the upper limit is
+infinite, and so is the median where that is likelier. Nothing is extrapolated without uncertainty.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from urdyn.types import Array
 
 HAZARD = 1e-4  # prior probability of an onset, per step
 COVERAGE = 0.9  # of an interval
-BEYOND = 1e50  # [spread] from where squares are no floats
-FARTHEST = 1e9  # [steps] from which a crossing never comes
+BEYOND = 1e50  # [spread] beyond which squares overflow
+FARTHEST = 1e9  # [steps] beyond which a crossing never comes
 
 
 @dataclass(frozen=True)
@@ -40,10 +40,10 @@ class Interval:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Forecast:
-    """What one parameter is going to do. Times in steps from the newest; below zero: behind us."""
+    """The future of one parameter. Times in steps from the newest; negative: in the past."""
 
-    probability: float  # [-] that something has begun at all
-    straight: float  # [-] that it is an even ramp that goes on, if so; else medians are worth less
+    probability: float  # [-] that a change has begun at all
+    straight: float  # [-] if so, that it is an even ramp that goes on; if low, medians mean less
     onset: Interval  # [steps] when, if so
     rate: Interval  # [unit/step] if so
     change: Interval  # [unit] from the healthy level to where it is now; 0 if nothing has begun
@@ -60,8 +60,8 @@ class Forecast:
     def failed(self, steps: ArrayLike) -> Array:
         """Probability that the critical level is crossed within so many steps, (N,).
 
-        For `decide(t, forecast.failed(t / step), costs)`, a step in hours, t as `outlook(costs)`
-        has it: also where it may never be crossed.
+        For `decide(t, forecast.failed(t / step), costs)`, with step in hours and t from
+        `outlook(costs)`; valid also where the level may never be crossed.
         """
         ahead = given(steps, "steps").tolist()
         known = [self.posterior.crossed(self.rise, x) for x in ahead]
@@ -76,7 +76,7 @@ def foresee(
     coverage: float = COVERAGE,
     hazard: float = HAZARD,
 ) -> tuple[Forecast, ...]:
-    """Forecasts of n streams from what was followed; levels (n,) or one for all [unit]."""
+    """Forecasts of n streams from their followed state; levels (n,) or one for all [unit]."""
     given_baseline(baseline)
     given_a(state, Kinks, "state", "as kinks and follow give")
     given(coverage, "coverage", "a number between 0 and 1", fraction)
@@ -101,7 +101,7 @@ def _foreseen(
     coverage: float,
     hazard: float,
 ) -> Forecast:
-    """Of one stream."""
+    """The forecast of one stream."""
     typical, tail = float(baseline.typical[stream]), 0.5 * (1.0 - coverage)
     sign, spread = float(np.sign(critical - typical)), float(baseline.spread[stream])
     near, far = (sign * (level - typical) / spread for level in (warning, critical))
@@ -147,11 +147,11 @@ def forecast(
         baseline: the same streams while healthy, 1000 steps or more; or what was learnt from them.
         warning: level of each stream [unit].
         critical: level of each stream [unit], beyond the warning level or equal to it; below the
-            healthy level where the fault lets the parameter fall.
+            healthy level where the fault lowers the parameter.
         coverage: of the intervals, between 0 and 1.
 
     Raises:
-        InputError: series and baseline are of other streams, or a level cannot be used.
+        InputError: series and baseline have different streams, or a level cannot be used.
 
     Example: `forecast(friction, friction_when_new, 0.2, 0.25)[0].critical.median` is in steps.
     """
@@ -165,9 +165,9 @@ def forecast(
 
 
 def health_index(forecasts: Sequence[Forecast], horizon: float) -> float:
-    """Probability that none of the forecast parameters crosses its critical level so soon.
+    """Probability that no forecast parameter crosses its critical level within the horizon.
 
-    Of one joint or of the whole arm, as the forecasts given are; parameters wear independently.
+    For one joint or the whole arm, as the forecasts given are; parameters wear independently.
     """
     if isinstance(forecasts, Forecast) or not all(isinstance(x, Forecast) for x in forecasts):
         raise InputError(
@@ -179,7 +179,7 @@ def health_index(forecasts: Sequence[Forecast], horizon: float) -> float:
 
 
 def _onset(known: Posterior, tail: float, since: int) -> Interval:
-    """Steps from now, below zero; no earlier than what was followed."""
+    """Onset in steps from now, negative; no earlier than the first step followed."""
     age = np.minimum(known.age, since)
     order = np.argsort(-age)
     below = np.cumsum(known.weight[order])
@@ -189,13 +189,13 @@ def _onset(known: Posterior, tail: float, since: int) -> Interval:
 
 
 def _scaled(one: Interval, by: float) -> Interval:
-    """In another unit; limits change places where its sign is another."""
+    """The interval in another unit; its limits swap where `by` is negative."""
     low, high = sorted((by * one.low, by * one.high))
     return Interval(by * one.median, low, high)
 
 
 def _quantiles(below: Callable[[float], float], tail: float, least: float, most: float) -> Interval:
-    """Median and limits of x >= least with the distribution function `below`; inf from most on."""
+    """Median and limits of x >= least with the distribution function `below`; inf past most."""
 
     def quantile(q: float) -> float:
         if below(least) >= q:
