@@ -21,7 +21,7 @@ WORSE = 1.5  # [-] times its size when it was seen
 
 @dataclass(frozen=True)
 class Acknowledged:
-    """What was seen: by the finding's name, how bad it was then."""
+    """Acknowledged findings: by name, how bad each was then."""
 
     seen: Mapping[str, Mapping[str, Any]]
 
@@ -64,7 +64,7 @@ def acknowledge(folder: Path, name: str) -> Mapping[str, Any]:
         before = _advised(document)
         finding["acknowledged"] = True
         said = document["recommendation"]
-        said["text"] = said["text"].replace(before, _advised(document))  # what is to go first stays
+        said["text"] = said["text"].replace(before, _advised(document))  # the text before it stays
     except (*DAMAGE, StopIteration) as error:
         where = folder / FINDINGS
         raise InputError(f"{where}: is damaged ({error!r}); track the log again") from error
@@ -78,13 +78,13 @@ def acknowledge(folder: Path, name: str) -> Mapping[str, Any]:
 
 
 def _advised(document: Mapping[str, Any]) -> str:
-    """What is recommended of these findings, as they are known by now."""
+    """The recommendation for these findings as they stand now."""
     judged = {row["name"]: row["judged"] for row in document["joints"]}
     return sentence(document["recommendation"], document["findings"], judged)
 
 
 def forget_gone(folder: Path, findings: Iterable[Finding]) -> None:
-    """At a run's end: what was acknowledged and is gone, or not found, would be another fault."""
+    """At a run's end, drop what is gone or was not found: if it returns, it is another fault."""
     seen = acknowledged(folder).seen
     left = {f.id: dict(seen[f.id]) for f in findings if f.id in seen and not f.gone}
     if not left:
@@ -101,7 +101,7 @@ def _table(path: Path) -> dict[str, Any]:
 
 
 def _right(table: Any) -> bool:
-    """Whether it says of every finding how bad it was."""
+    """Whether the table states how bad every finding was."""
     return isinstance(table, dict) and all(
         isinstance(row, dict)
         and row.get("severity") in SEVERITIES

@@ -18,7 +18,7 @@ from urdyn.types import Array, Index
 
 @dataclass(frozen=True, eq=False)
 class Extent:
-    """A change by the state that measures it; of friction, by all of its joint's."""
+    """The size of a change by the state that measures it; of friction, by all its joint's terms."""
 
     healthy: Healthy
     of: Suspects

@@ -36,7 +36,7 @@ class Fault:
         return replace(self, onset_hi=max(self.onset_hi, t))
 
     def began_in(self, block: Block) -> bool:
-        """Whether it may have; what began within a block shows fully in the next one."""
+        """Whether it may have begun in a block; it then shows fully in the next one."""
         lasting = block.end - block.begin
         return block.end > self.onset_lo and block.begin <= self.onset_hi + 1.5 * lasting
 

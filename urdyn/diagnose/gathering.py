@@ -1,4 +1,4 @@
-"""The moments of a block that is not yet over."""
+"""The moments of an unfinished block."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from urdyn.types import Array
 
 @dataclass(frozen=True, eq=False)
 class Gathering:
-    """What they say together."""
+    """Their joint information."""
 
     A: Array  # (n, n)
     b: Array  # (n,)
-    warm: Array  # (3, J) sum over them
+    warm: Array  # (3, J) sum over moments
     moments: int = 0
     begin: float = np.nan  # [s] of the block; NaN: none
     end: float = np.nan  # [s] of the last moment
-    # (n, n), (n,) what another load took of A and b, in a block that began with one
+    # (n, n), (n,) what another load removed from A and b, in a block that began with one
     laden: tuple[Array, Array] | None = None
     lost: Array | float = 0.0  # as `friction.lost` has it
 
     @property
     def warmth(self) -> Array:
-        """How warm joints were in the mean, (3, J)."""
+        """Mean warmth of the joints, (3, J)."""
         return self.warm / self.moments
 
     @property
@@ -36,18 +36,18 @@ class Gathering:
         return replace(self, A=self.A + A, b=self.b + b, laden=None)
 
     def usually(self, more: Array) -> Gathering:
-        """With another load as what is carried as a rule, whose states are off by `more`, (n,)."""
+        """With another usual load, whose states differ by `more`, (n,)."""
         if self.laden is None:
             return self
         A, b = self.laden
         return replace(self, laden=(A, b - A @ more))
 
     def bearing(self, usual: Pool, left: Pool) -> Gathering:
-        """With what another load takes of a moment that comes, where the block began with one.
+        """Add what another load removes from a new moment, where the block began with one.
 
         Args:
-            usual: the moment, if that is what is carried as a rule.
-            left: what the load leaves of it.
+            usual: the moment under the usual load.
+            left: what the other load leaves of it.
         """
         if self.moments and self.laden is None:
             return self
@@ -55,7 +55,7 @@ class Gathering:
         return replace(self, laden=(A + usual.A - left.A, b + usual.b - left.b))
 
     def after(self, pool: Pool, begin: float, end: float, lost: Array) -> Gathering:
-        """With a moment more, from when to when [s]."""
+        """Add one moment, from begin to end [s]."""
         return replace(
             self,
             A=self.A + pool.A,

@@ -1,6 +1,6 @@
-"""The book of findings: what is new is entered, and what is known by name goes on.
+"""The book of findings: new ones are entered, known ones are updated under their names.
 
-What a joint's play explains, or another change, is taken out again.
+A finding that a joint's backlash or another change explains is removed again.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from urdyn.diagnose.verdict import (
     worse,
 )
 
-SERIES = 400  # blocks of a found change that are remembered, from all the time since
-RECENT = 48  # of them, the last ones; older ones stand as far apart as they have to
+SERIES = 400  # blocks kept of a found change, from all the time since
+RECENT = 48  # the last of them, all kept; older ones are thinned
 
 Findings = tuple[Finding, ...]
 
@@ -43,22 +43,22 @@ Findings = tuple[Finding, ...]
 class Book:
     """What was found."""
 
-    findings: Findings = ()  # as they were last told
-    # How the slow ones went, by suspect.
+    findings: Findings = ()  # as last reported
+    # Course of the slow ones, by suspect.
     series: Mapping[int, tuple[Level, ...]] = field(default_factory=dict)
-    upto: float = np.nan  # [s] end of the last block that was looked at
+    upto: float = np.nan  # [s] end of the last block processed
 
 
 @dataclass(frozen=True, eq=False)
 class Ledger:
-    """Enters what the tests tell in a book, and says which of it is new or worse."""
+    """Enters the tests' results in a book, and reports which are new or worse."""
 
     space: Space
     rules: Rules
     judge: Judge
 
     def events(self, book: Book, events: Iterable[Event]) -> tuple[Book, list[Finding]]:
-        """With events; one that only goes on is told again where it is graver by now."""
+        """Add events; one that merely goes on is reported again where it is graver by now."""
         after, told = book.findings, set[str]()
         for event in events:  # one by one: a zero may jump there and back within a beat
             finding = finding_of(event, after, self.space, self.rules)
@@ -69,12 +69,12 @@ class Ledger:
         return replace(book, findings=after), to_be_told(book.findings, found)
 
     def unjolted(self, book: Book, seen: Recurred) -> Book:
-        """Without pushes that are a joint's play."""
+        """Remove pushes that are a joint's backlash."""
         coulomb = self.space.reference.drive.coulomb
         return replace(book, findings=unjolted(book.findings, seen, coulomb))
 
     def changes(self, book: Book, slow: SlowState) -> tuple[Book, list[Finding]]:
-        """With new changes, and as those that are known went on."""
+        """Add new changes, and update the known ones."""
         book, found = self._new(self._withdrawn(book, slow), slow)
         if slow.bank.t == book.upto or np.isnan(slow.bank.t):
             return book, found
@@ -84,7 +84,7 @@ class Ledger:
         return replace(book, findings=findings), found + more
 
     def now(self, book: Book, slow: SlowState) -> list[Finding]:
-        """All findings, as they are by now."""
+        """All findings, up to date."""
         known = {k: self.judge.of.each[k] for k in slow.suspects}
         extent = self.judge.extent
         told = up_to_date(
@@ -93,7 +93,7 @@ class Ledger:
         return apart(told, known, extent.terms(slow), self.space)
 
     def _new(self, book: Book, slow: SlowState) -> tuple[Book, list[Finding]]:
-        """With the changes that this step has settled."""
+        """Add the changes that this step has settled."""
         series, new, strays = dict(book.series), [], self.judge.extent.strays(slow)
         for change in slow.found:
             k, suspect = change.suspect, self.judge.of.each[change.suspect]
@@ -102,23 +102,23 @@ class Ledger:
             trace = () if suspect.kind.of_tool else tuple(self.judge.extent.trace(slow, k))
             series[k] = trace
             finding = of_change(change, self.judge.of, self.space, self.rules, trace)
-            if trace:  # as large, and forecast, as it will be from the next block on
+            if trace:  # sized and forecast as it will be from the next block on
                 finding = grown(finding, suspect, trace, change.alarm, strays[k])
             new.append(finding)
         findings, found = entered(book.findings, new)
         return replace(book, series=series, findings=unexplained(findings)), found
 
     def _gone_on(self, book: Book, slow: SlowState) -> Book:
-        """With the last block of every change that is known."""
+        """Add the last block of every known change."""
         series = dict(book.series)
         for k, level in self.judge.extent.levels(slow).items():
             had = series.get(k, ())
-            if not had or level[0] > had[-1][0]:  # a trace has the last block
+            if not had or level[0] > had[-1][0]:  # a trace includes the last block
                 series[k] = thinned((*had, level))
         return replace(book, series=series, upto=slow.bank.t)
 
     def _withdrawn(self, book: Book, slow: SlowState) -> Book:
-        """Without findings of which nothing is left since another one explains them."""
+        """Remove findings of which nothing is left since another one explains them."""
         of = self.judge.of.each
         gone = {k for k in book.series if not of[k].kind.of_tool and k not in slow.suspects}
         if not gone:
@@ -131,7 +131,7 @@ class Ledger:
 
 
 def thinned(series: tuple[Level, ...]) -> tuple[Level, ...]:
-    """Without the oldest of the levels whose neighbours stand closest, where they are too many."""
+    """Drop the oldest of the levels with the closest neighbours, where there are too many."""
     if len(series) <= SERIES:
         return series
     t = np.array([level[0] for level in series[:-RECENT]])
@@ -140,7 +140,7 @@ def thinned(series: tuple[Level, ...]) -> tuple[Level, ...]:
 
 
 def finding_of(event: Event, book: Findings, space: Space, rules: Rules) -> Finding:
-    """An event as a finding; of one that is in the book and goes on, since it began."""
+    """An event as a finding; one that continues a finding in the book keeps its onset."""
     finding = of_event(event, space, rules)
     old = next((f for f in book if f.id == finding.id), None)
     if old is None:
@@ -153,10 +153,10 @@ def finding_of(event: Event, book: Findings, space: Space, rules: Rules) -> Find
 
 
 def entered(book: Findings, new: Sequence[Finding]) -> tuple[Findings, list[Finding]]:
-    """The book with new findings, and those as it has them.
+    """The book with new findings, and those as entered.
 
-    One of a known name is replaced, and keeps its alarm. What shows again, as a sensor that was
-    stuck while its joint stood, began when it did first.
+    One of a known name is replaced, and keeps its alarm. One that shows again, such as a sensor
+    stuck while its joint stood still, keeps its first onset.
     """
     if not new:
         return book, []
@@ -178,11 +178,11 @@ def entered(book: Findings, new: Sequence[Finding]) -> tuple[Findings, list[Find
 
 
 def to_be_told(before: Findings, found: Sequence[Finding]) -> list[Finding]:
-    """Those of what was found that were not in the book before, or are graver by now."""
+    """The findings that were not in the book before, or have changed enough since."""
     known = {finding.id: finding for finding in before}
     return [f for f in found if f.id not in known or worse(known[f.id], f)]
 
 
 def _goes_on(old: Finding, onset: float) -> bool:
-    """Whether what shows [s] after a finding was told is that finding: it began when it did."""
+    """Whether an onset [s] is after a finding's alarm, and so continues it."""
     return onset > old.alarm_s

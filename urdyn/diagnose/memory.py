@@ -1,6 +1,6 @@
-"""What a diagnosis remembers, as files: its values as a tree, its arrays beside it.
+"""The state of a diagnosis, as files: its values as a tree, its arrays beside it.
 
-Only the dataclasses of this room are made from it: a file cannot ask for anything else.
+Only the dataclasses in KNOWN are made from it: a file cannot ask for anything else.
 """
 
 from __future__ import annotations
@@ -60,26 +60,26 @@ CLASSES = {kind.__name__: kind for kind in KNOWN}
 class _Cell(NamedTuple):
     """Where an array is written."""
 
-    array: NDArray[Any]  # held, so that no other has its id
+    array: NDArray[Any]  # kept alive, so that no other has its id
     name: str
-    since: int  # sample that it was written at
-    lasting: bool  # in the file of what was there at the one before as well
+    since: int  # sample at which it was written
+    lasting: bool  # in the file of arrays that the sample before had as well
 
 
 class Memory:
-    """The files that a run's diagnosis goes on from, at either of the last two samples it was kept.
+    """The files from which a run's diagnosis resumes, at either of the last two samples kept.
 
-    No array of a state ever changes. It is written with the first sample that has it, and if the
-    next has it as well, in a file that is there for as long as it is needed; never again.
+    Arrays of a state never change. Each is written with the first sample that has it, and, if the
+    next has it as well, once more, in a file that exists for as long as it is needed.
     """
 
     def __init__(self, folder: Path, identity: Mapping[str, str]) -> None:
         self._folder, self._identity = folder, dict(identity)
         self._cells: dict[int, _Cell] = {}  # of the newest sample, by id
-        self._needed: dict[int, set[Path]] = {}  # by the last two
+        self._needed: dict[int, set[Path]] = {}  # by each of the last two
 
     def keep(self, state: State, index: int) -> None:
-        """Remember this sample, all of it or nothing, and the one before."""
+        """Store this sample, all of it or nothing, and keep the one before."""
         # The files of a sample that is kept again are written as if for the first time.
         before = {key: cell for key, cell in self._cells.items() if cell.since != index}
         cells: dict[int, _Cell] = {}
@@ -107,7 +107,7 @@ class Memory:
             stray.unlink()
 
     def at(self, index: int) -> State:
-        """The state that was kept as of this sample.
+        """The state kept at this sample.
 
         Raises:
             InputError: it is damaged, or of another run.
@@ -122,7 +122,7 @@ class Memory:
 
         try:
             whose, tree = json.loads(str(read(path)["tree"]))
-            # What another version kept may be of classes that are no more.
+            # Another version may have stored classes that no longer exist.
             state = _value(tree, array) if whose == self._identity else None
         except DAMAGE as error:
             raise InputError(f"{path}: is damaged ({error}); start anew with --fresh") from error
@@ -132,14 +132,14 @@ class Memory:
         return state
 
     def _remember(self, index: int, cells: dict[int, _Cell]) -> None:
-        """With the files of this sample, and of the one before until the run is kept as well."""
+        """Note the files of this sample, and of the one before until the run is stored as well."""
         lasting = {self._file(cell.since, True) for cell in cells.values() if cell.lasting}
         others = [kept for kept in self._needed.items() if kept[0] != index]
         self._needed = dict([*others[-1:], (index, {self._file(index), *lasting})])
         self._cells = cells
 
     def _file(self, index: int, lasting: bool = False) -> Path:
-        """Where the arrays are that were written at a sample."""
+        """The file of the arrays written at a sample."""
         return self._folder / KEPT.format(index=f"{index}-lasting" if lasting else index)
 
 
@@ -149,7 +149,7 @@ def _arrays(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _tree(value: Any, place: Callable[[NDArray[Any]], _Cell]) -> Any:
-    """A value in JSON's types; what JSON has no word for is a list that begins with a name."""
+    """A value in JSON's types; types that JSON lacks become lists that begin with a name."""
     if is_dataclass(value):
         assert CLASSES.get(type(value).__name__) is type(value), f"{type(value)} cannot be read"
         inner = {f.name: _tree(getattr(value, f.name), place) for f in fields(value)}

@@ -1,9 +1,8 @@
-"""Every onset at once: what changed, when, and how, against an arm that only strays as arms do.
+"""Every onset at once: what changed, when, and how, against a healthy arm's straying.
 
-A filter follows the healthy arm: where it was on its first day, and how far it strays by the day,
-by the hour and by the window. A fault that begins at tau moves the filter's innovations by a known
-signature; following that signature for every tau makes the likelihood of any change quadratic
-[Willsky1976]_:
+A filter follows the healthy arm: its first-day state, and its straying by the day, by the hour and
+by the window. A fault that begins at tau moves the filter's innovations by a known signature;
+following that signature for every tau makes the likelihood of any change quadratic [Willsky1976]_:
 
     log L(delta) = d' delta - delta' C delta / 2
 
@@ -19,10 +18,10 @@ import numpy as np
 from urdyn.types import Array, Index
 
 PAUSE = 10.0  # [s] without work, after which it may be another program
-PROGRAM = 1.0  # [-] windows' straying, by which the model may be off for as long as that runs
-WITHIN = (0.0, 0.5)  # [-] of a block, where in it a change may begin: not all do at its edges
-RECENT = 8 * len(WITHIN)  # onsets that are all kept; older ones stand ever further apart
-APART = 0.5  # [-] of its age, from one neighbour of an old onset to the other, that keeps it
+PROGRAM = 1.0  # [-] of the windows' straying, by which the model may be off throughout a program
+WITHIN = (0.0, 0.5)  # [-] of a block, points at which a change may begin: not all do at its edges
+RECENT = 8 * len(WITHIN)  # onsets that are all kept; older ones are ever sparser
+APART = 0.5  # [-] of an old onset's age, gap between its neighbours above which it is kept
 SHAPES = ("step", "ramp")
 
 
@@ -39,18 +38,18 @@ class Bank:
     """The healthy arm, and every onset."""
 
     t: float  # [s] end of the last block; NaN before the first
-    middle: float  # [s] of that block, which its means are of
+    middle: float  # [s] of that block, to which its means refer
     x: Array  # (n,)
     P: Array  # (n, n)
     onset: Array  # (m,) [s]
-    oldest: bool  # the first of them is the first block's: a change may be older than the run
+    oldest: bool  # the first onset is the first block's: a change may be older than the run
     weight: Array  # (m,) onsets that this one stands for
-    X: Array  # (n, 2, m, p) what a unit of each change has moved the filter by
+    X: Array  # (n, 2, m, p) how far a unit of each change has moved the filter
     C: Array  # (2, m, p, p)
     d: Array  # (2, m, p)
 
     def sd(self, at: int) -> float:
-        """Of what is believed of one state."""
+        """sd of the belief about one state."""
         return float(np.sqrt(self.P[at, at]))
 
 
@@ -62,22 +61,22 @@ class Block:
     end: float  # [s]
     A: Array  # (n, n)
     b: Array  # (n,)
-    walk: Array | float = 0.0  # (n,) [1/√s] beside that of every block
-    hidden: Array | float = 0.0  # (n,) sd of what hides in a program, and ends with it
-    leap: Array | float = 0.0  # (n,) sd of what may have happened at its begin
+    walk: Array | float = 0.0  # (n,) [1/√s] in addition to that of every block
+    hidden: Array | float = 0.0  # (n,) sd of an effect hidden in a program, which ends with it
+    leap: Array | float = 0.0  # (n,) sd of a possible change at its start
     lost: Array | float = 0.0  # as `friction.lost` has it, (4, J); 0: not known
-    # Of one that began with another load: the same without that one, or any unseen piece.
+    # Where it began with another load: the block without that, or any unseen piece.
     unladen: Block | None = None
 
     @property
     def middle(self) -> float:
-        """[s]."""
+        """Its middle [s]."""
         return 0.5 * (self.begin + self.end)
 
     def bearing(self, more: Array) -> Block:
-        """The same where what is carried as a rule puts states off by `more`, (n,).
+        """The block with another usual load, whose states differ by `more`, (n,).
 
-        Beside that load nothing has hidden yet.
+        With that load nothing is hidden yet.
         """
         if self.unladen is None:
             return self
@@ -86,7 +85,7 @@ class Block:
 
 
 def first(x: Array, P: Array, p: int, t: float = np.nan, middle: float = np.nan) -> Bank:
-    """Before the first block, or with what ended at t [s], and had this middle [s], forgotten."""
+    """The bank before the first block, or before those after t [s]; middle [s] of the last."""
     n = len(x)
     return Bank(
         t=t,
@@ -103,7 +102,7 @@ def first(x: Array, P: Array, p: int, t: float = np.nan, middle: float = np.nan)
 
 
 def strayed(A: Array, b: Array, window: Array) -> tuple[Array, Array]:
-    """Information about the states, of a window in which they were `window` off for its own reason.
+    """Information about the states from a window in which they were off by sd `window`, (n,).
 
     (A^-1 + W)^-1 and its vector, where A may be singular.
     """
@@ -112,12 +111,12 @@ def strayed(A: Array, b: Array, window: Array) -> tuple[Array, Array]:
 
 
 def step(bank: Bank, block: Block, straying: Straying, E: Array, whole: bool = False) -> Bank:
-    """One block on.
+    """Process one block.
 
     Args:
         E: directions that faults have, (n, p).
-        whole: keep every onset. After an alarm no promise is at stake, and the onset that explains
-            it is not to be spoken for by another.
+        whole: keep every onset. After an alarm the false alarm rate is not at stake, and the onset
+            that explains it must not be merged into another.
     """
     x, P, stays = _strayed(bank.t, bank.x, bank.P, block, straying)
     X = stays[:, None, None, None] * bank.X
@@ -140,10 +139,10 @@ def step(bank: Bank, block: Block, straying: Straying, E: Array, whole: bool = F
 
 
 def relieved(bank: Bank, states: Index, directions: Index) -> Bank:
-    """Without what was seen of some states so far: they are about something else from here on.
+    """Drop the evidence about some states so far: from here on they mean something else.
 
     Args:
-        directions: of changes, that are changes of those.
+        directions: of changes of those states.
     """
     X, C, d = bank.X.copy(), bank.C.copy(), bank.d.copy()
     X[states] = X[..., directions] = 0.0
@@ -154,7 +153,7 @@ def relieved(bank: Bank, states: Index, directions: Index) -> Bank:
 def followed(
     t: float, x: Array, P: Array, block: Block, straying: Straying
 ) -> tuple[float, Array, Array]:
-    """The healthy arm alone, one block on."""
+    """The healthy arm alone, after one more block."""
     x, P, _ = _strayed(t, x, P, block, straying)
     after = P @ np.linalg.inv(np.eye(len(P)) + block.A @ P)
     return block.end, x + after @ (block.b - block.A @ x), 0.5 * (after + after.T)
@@ -163,7 +162,7 @@ def followed(
 def _strayed(
     t: float, x: Array, P: Array, block: Block, straying: Straying
 ) -> tuple[Array, Array, Array]:
-    """Belief in a block after one that ended at `t`, and which states it takes over, (n,)."""
+    """Belief in a block after one that ended at `t`, and which states carry over, (n,)."""
     walk = straying.walk**2 + block.walk**2
     more = walk * (0.0 if np.isnan(t) else block.end - t) + np.square(block.leap)
     stays = np.ones_like(x)
@@ -179,11 +178,11 @@ def another(t: float, begin: float) -> bool:
 
 
 def between_programs(window: Array, hidden: Array | float = 0.0) -> Array:
-    """How far the states may be elsewhere for as long as another program runs, sd (n,).
+    """sd of the states' shift for as long as another program runs, (n,).
 
     Args:
         window: straying from window to window.
-        hidden: of what hides in a program.
+        hidden: sd of an effect hidden in a program.
     """
     return PROGRAM * np.hypot(window, hidden)
 
@@ -196,7 +195,7 @@ def _grown(onset: Array, block: Block) -> Array:
 
 
 def _with_onsets(bank: Bank, block: Block, p: int) -> Bank:
-    """With those of one more block; what begins within a run's first may as well be older."""
+    """Add the onsets of one more block; a change within a run's first may be older."""
     first_of_all = bank.oldest and not len(bank.onset)
     within = np.array(WITHIN[:1] if first_of_all else WITHIN)
     n, more = len(bank.x), len(within)
@@ -211,12 +210,12 @@ def _with_onsets(bank: Bank, block: Block, p: int) -> Bank:
 
 
 def _thinned(bank: Bank) -> Bank:
-    """Without old onsets whose neighbours stand close by; the older one speaks for each."""
+    """Drop old onsets whose neighbours are close; the older one takes over the weight."""
     m = len(bank.onset)
     if m <= RECENT + 2:
         return bank
     age = bank.t - bank.onset
-    # how close two neighbours are, for their age: the closest pair becomes one
+    # gap between an onset's neighbours over its age: the onset with the least is dropped
     gap = (age[:-2] - age[2:]) / age[1:-1]
     k = int(np.argmin(gap[: m - RECENT - 1])) + 1
     if gap[k - 1] > APART:

@@ -1,4 +1,4 @@
-"""When a change that grows will reach the levels that it must not, and how it goes until then."""
+"""When a growing change will reach its warning and critical levels, and its course until then."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from urdyn.diagnose.straight import straight
 from urdyn.types import Array
 
 DRAWS = 2000
-NEVER = 1e9  # [s] a rate that may as well be nothing
-SURE = 3.0  # [sd] of a rate, below which nothing is said: it is asked at every block
+NEVER = 1e9  # [s] counts as never: the rate may be zero
+SURE = 3.0  # [sd] of a rate, below which nothing is forecast: it is tested at every block
 FAN = (0.05, 0.25, 0.5, 0.75, 0.95)  # quantiles of a forecast
-STEPS = 41  # moments at which a forecast is told
-BEYOND = 1.15  # [-] of the time to the critical level, that a forecast looks ahead
-FARTHEST = 2.5  # [-] the same of its median, where its upper end may be never
-FEWEST = 4  # blocks that make a trend
-WALKED = 6.0 / 5.0  # [-] of walk² over its time, variance of the slope of a line through it
-BENT = 9.0  # [-] of chi², by which a line that ends in a level has to be likelier
+STEPS = 41  # times at which a forecast is given
+BEYOND = 1.15  # [-] horizon of a forecast, over the upper end of the time to the critical level
+FARTHEST = 2.5  # [-] the same over its median, where the upper end may be never
+FEWEST = 4  # blocks that a trend needs
+WALKED = 6.0 / 5.0  # [-] variance of the slope of a line through a walk, over walk² / time
+BENT = 9.0  # [-] chi² by which a line that levels off must fit better
 
 
 @dataclass(frozen=True)
 class Course:
-    """A change as it is now and how fast it goes; both are uncertain, and Gaussian."""
+    """A change's present size and its rate; both are uncertain, and Gaussian."""
 
-    t: float  # [s] when
+    t: float  # [s] time of that size
     size: float
     size_sd: float
     rate: float  # [1/s]
@@ -36,7 +36,7 @@ class Course:
 
     @property
     def grows(self) -> bool:
-        """Whether it surely goes on the way that it went; nothing is forecast of what may not."""
+        """Whether it surely goes on in its direction; otherwise nothing is forecast."""
         way = self._way * self.rate
         return way > SURE * self.rate_sd and way > 0.0
 
@@ -49,7 +49,7 @@ class Course:
         return {"median": median, "lo": lo, "hi": hi}
 
     def forecast(self, warning: float, critical: float) -> dict[str, Any] | None:
-        """The course as findings.json tells it; None where it may as well not grow."""
+        """The course as findings.json contains it; None where it may not be growing."""
         if not self.grows:
             return None
         left = self.until(critical)
@@ -73,23 +73,23 @@ class Course:
 
     @cached_property
     def _draws(self) -> tuple[Array, Array]:
-        """Sizes and rates (DRAWS,), the way that it goes counted as up."""
+        """Sizes and rates (DRAWS,), positive in its direction."""
         z = np.random.default_rng(0).standard_normal((2, DRAWS))
         rates = self._way * self.rate + self.rate_sd * z[0]
         return self._way * self.size + self.size_sd * z[1], rates
 
     def _past(self, critical: float) -> float:
-        """[s] as far ahead as the level is behind, where it has been passed already."""
+        """[s] horizon where the level is already passed: as far ahead as it is behind."""
         return max(abs(self.size) - critical, 0.1 * critical) / abs(self.rate)
 
 
 def trend(
     series: Sequence[tuple[float, float, float]], onset: float, now: float, walk: float = 0.0
 ) -> Course | None:
-    """Where a series of (t, size, sd) is `now` [s], and its slope; None: it is too short.
+    """Level at `now` [s] and slope of a series of (t, size, sd); None: it is too short.
 
     Args:
-        walk: how far a size strays that no fault moves [1/√s].
+        walk: how far a size strays without a fault [1/√s].
     """
     rows: Array = np.array([row for row in series if row[0] > onset])
     if len(rows) < FEWEST:

@@ -31,7 +31,7 @@ class Recall:
     def after(
         self, block: Block, healthy: Healthy, known: Sequence[Fault], straying: Straying
     ) -> Recall:
-        """With one more block, without the oldest where they are too many."""
+        """Add one block; drop the oldest where there are too many."""
         first, *others = (*self.blocks, block)
         if len(others) < KEPT:
             return replace(self, blocks=(first, *others))
@@ -39,7 +39,7 @@ class Recall:
         return Recall(*onsets.followed(self.t, self.x, self.P, first, straying), tuple(others))
 
     def until(self, t: float) -> Recall:
-        """Without the blocks that end after `t` [s]."""
+        """Drop the blocks that end after `t` [s]."""
         kept = tuple(block for block in self.blocks if block.end <= t)
         return self if len(kept) == len(self.blocks) else replace(self, blocks=kept)
 
@@ -73,8 +73,8 @@ class Recall:
     ) -> tuple[Array, Array]:
         """The belief about the states, (N,) and (N, N), before a fault could be seen.
 
-        What was believed before the first of the blocks may have followed it for long if it began
-        before those: then nothing is known but the first day.
+        If the fault began before the first block, the belief there may have followed it for long:
+        then only the first day's is known.
 
         Args:
             known: the other faults.

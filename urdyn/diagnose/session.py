@@ -1,4 +1,4 @@
-"""Where a run is diagnosed: instants in, DIR/findings.json and what is remembered out."""
+"""Diagnosis of a run: instants in, DIR/findings.json and the stored state out."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from urdyn.types import Array
 
 
 class Session:
-    """A job at work."""
+    """A job in progress."""
 
     def __init__(self, job: Job) -> None:
         self.job, self.diagnosis = job, Diagnosis(job.fit, job.period, job.rules)
@@ -32,7 +32,7 @@ class Session:
         self._restarts, self._load_as_set = 0, False
 
     def take(self, numbers: Array) -> list[Finding]:
-        """Some instants on, as `reading_row` has them; what is new or worse."""
+        """Process some instants, as `reading_row` has them; returns what is new or worse."""
         found: list[Finding] = []
         for now in _instants(numbers.reshape(-1, 1 + SERIES * self.diagnosis.space.joints)):
             self._state, more = self.diagnosis.step(self._state, now)
@@ -40,21 +40,21 @@ class Session:
         return found
 
     def note(self, restarts: int, load_as_set: bool) -> None:
-        """What the run knows, and no instant tells: see `Observer`."""
+        """Note what the run knows and no instant contains: see `Observer`."""
         self._restarts, self._load_as_set = restarts, load_as_set
 
     def finish(self) -> list[Finding]:
-        """The stream has ended: what the last rows tell."""
+        """End the stream; returns the findings of the last rows."""
         self._state, found = self.diagnosis.finish(self._state)
         forget_gone(self.job.folder, self.diagnosis.findings(self._state))
         return found
 
     def keep(self, index: int) -> None:
-        """Remember this sample, and the one before until the run has been kept as well."""
+        """Store this sample; keep the one before until the run is stored as well."""
         self._memory.keep(self._state, index)
 
     def write(self) -> dict[str, Any]:
-        """Bring DIR/findings.json up to date; what it says."""
+        """Update DIR/findings.json; returns its content."""
         job, known = self.job, acknowledged(self.job.folder)
         now = self.diagnosis.findings(self._state)
         findings = [replace(f, acknowledged=known.quiets(f)) for f in now]
@@ -74,13 +74,13 @@ class Session:
         return document
 
     def untold(self, found: Sequence[Finding]) -> list[dict[str, Any]]:
-        """Those of what was found that nobody has seen yet."""
+        """The findings that nobody has acknowledged yet."""
         known = acknowledged(self.job.folder)
         return [finding.plain() for finding in found if not known.quiets(finding)]
 
 
 def _instants(rows: Array) -> list[Now]:
-    """Rows (N, 1 + 10 J) as a tracker had them."""
+    """The instants in a tracker's rows, (N, 1 + 10 J)."""
     series = rows[:, 1:].reshape(len(rows), SERIES, -1)
     pairs = zip(rows[:, 0].tolist(), series, strict=True)
     return [Now(Instant(t, *of[:-2]), *of[-2:]) for t, of in pairs]

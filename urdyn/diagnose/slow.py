@@ -1,7 +1,7 @@
 """Slow kinds: moments in, changes out.
 
-A moment, half a second, is first told whose load it was; then it says, with a passing payload
-marginalised, what it knows of joints, links and tool, and joins the block that the bank takes.
+A moment, half a second, is first assigned its load; then, with a passing payload marginalised, its
+information about joints, links and tool joins the block that the bank processes.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ from urdyn.diagnose.suspects import Suspects, suspects
 from urdyn.types import Array
 
 BLOCK = 5.0  # [s]
-HEARD = 12  # blocks, a minute, that noise can be unlearnt for
-ENOUGH = 10  # values of current in a moment that says anything
+HEARD = 12  # blocks, a minute, for which learnt noise can be undone
+ENOUGH = 10  # values of current that a moment needs to count
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,17 +48,17 @@ class Slow:
 
     @cached_property
     def of(self) -> Suspects:
-        """Everything that is looked for."""
+        """Everything tested for."""
         return suspects(self.space, self.rules.slow)
 
     @cached_property
     def healthy(self) -> Healthy:
-        """The arm that nothing is wrong with."""
+        """The healthy arm."""
         return Healthy(self.space, self.rules, self.of)
 
     @cached_property
     def learning(self) -> Learning:
-        """What is learnt of it."""
+        """What is learnt about it."""
         return Learning(self.space, self.healthy)
 
     @cached_property
@@ -68,18 +68,18 @@ class Slow:
 
     @cached_property
     def stay(self) -> Stay | None:
-        """Which of that is there to stay, if anybody asks."""
+        """Decides which load lasts, if the rules test for that."""
         kind = next((kind for kind in self.rules.slow if kind.of_tool), None)
         return Stay(self.space, self.of, kind) if kind else None
 
     @cached_property
     def judge(self) -> Judge:
-        """Who looks at the bank after a block."""
+        """Judges the bank after a block."""
         blocks = 3600.0 / BLOCK
         return Judge(self.healthy, self.of, self.rules.hours * blocks, self.rules.shift * blocks)
 
     def init(self) -> SlowState:
-        """Before the first moment."""
+        """The state before the first moment."""
         x, P = self.healthy.first
         bank, recall = onsets.first(x, P, self.judge.E.shape[1]), Recall(np.nan, x, P)
         return SlowState(
@@ -93,7 +93,7 @@ class Slow:
         )
 
     def moment(self, state: SlowState, rows: Rows, push: Push) -> SlowState:
-        """One moment on; `found` are the changes that it settles."""
+        """Process one moment; `found` are the changes that it settles."""
         state = replace(state, found=())
         noise = self.space.noise * np.sqrt(state.learnt.loudness.power)
         means, begin, end = averaged(rows, self.period, noise), float(rows.t[0]), float(rows.t[-1])
@@ -109,33 +109,33 @@ class Slow:
         return self._settled(state, end)
 
     def concluded(self, state: SlowState, pushed: bool) -> SlowState:
-        """At the end of a recording; `found` are the changes that this settles.
+        """The state at a recording's end; `found` are the changes that this settles.
 
         Args:
-            pushed: something pushes the arm just now; the moments that wait may be of that.
+            pushed: something pushes the arm just now, perhaps in the waiting moments too.
         """
         last = state.waiting[-1].end if state.waiting else state.gathering.end
         state = replace(state, found=())
         told = self.judge.concluded(state if pushed else self._told_out(state))
-        # What is carried is told by the moments that wait.
+        # What is carried is decided with the waiting moments.
         told = replace(told, carrying=state.carrying, waiting=state.waiting)
         return self._settled(told, last, ended=True)
 
     def _told_out(self, state: SlowState) -> SlowState:
-        """With what still waits, where it makes half a block: no more comes to wait for."""
+        """Process the waiting moments, and a last block if half full: no more will come."""
         while state.waiting:
             state = self._gather(state)
         return self._block(state) if state.gathering.moments * MOMENT >= 0.5 * BLOCK else state
 
     def _settled(self, state: SlowState, t: float, ended: bool = False) -> SlowState:
-        """With what is carried there to stay, if it is."""
+        """Settle the load that is carried, if it lasts."""
         if self.stay is None:
             return state
         carrying, change = self.stay.settled(state.carrying, t, ended)
         if not change:
             return replace(state, carrying=carrying)
-        # When it came a joint's fault that had just begun may have been taken for it.
-        until = carrying.since if carrying.away else np.inf  # of the next, which is asked later
+        # A joint's fault that began just before may have been mistaken for it.
+        until = carrying.since if carrying.away else np.inf  # the next is judged later
         if share := self.judge.shares(state, state.recall.unladen(change.onset, until)):
             load = share[change.suspect]
             if load < (0.5 if ended else 1.0 - CONFIDENT):
@@ -149,9 +149,9 @@ class Slow:
         return self._settled(state, t, ended) if carrying.away else state
 
     def _withdrawn(self, state: SlowState, ended: bool) -> SlowState:
-        """As if what is carried as a rule had been carried since the other load came."""
+        """As if the usual load had been carried since the other one came."""
         carrying = state.carrying
-        alone = len(carrying.modes) == 2  # what was carried before was no piece, but the same
+        alone = len(carrying.modes) == 2  # the load before was the same, no piece
         recall = state.recall.unladen(-np.inf if alone else carrying.since)
         state = replace(state, gathering=state.gathering.unladen, recall=recall)
         state = self.judge.knowing(replace(state, carrying=carrying.unladen), state.known)
@@ -159,14 +159,14 @@ class Slow:
         return self.judge.concluded(state) if ended else state
 
     def _waiting(self, state: SlowState, moment: Waiting) -> SlowState:
-        """With a moment more that waits."""
+        """Add a waiting moment."""
         believed = self._believed(state)
         moment = self.loads.beside.told(moment, believed(moment), state.carrying.modes)
         carrying, waiting = self.loads.carried(state.carrying, believed, (*state.waiting, moment))
         return replace(state, waiting=waiting, carrying=carrying)
 
     def _believed(self, state: SlowState) -> Believed:
-        """What is believed in moments that wait, if what explains the bank best is there."""
+        """The belief in waiting moments, supposing the change that explains the bank best."""
         bank = self.judge.supposed(state)
 
         def believed(moment: Waiting) -> Belief:
@@ -176,11 +176,11 @@ class Slow:
         return believed
 
     def _belief(self, state: SlowState, bank: Bank, pool: Pool, other: bool) -> Belief:
-        """What is believed of the states of the space in a moment.
+        """The belief about the states of the space in a moment.
 
         Args:
-            bank: of which this is the healthy arm.
-            other: it may be another program.
+            bank: whose healthy arm it is.
+            other: the moment may be of another program.
         """
         x, P = self.healthy.now(bank, pool.warm)
         straying = self.judge.straying(state).window[: self.space.size]
@@ -188,7 +188,7 @@ class Slow:
         return x, P + np.diag(var + other * onsets.between_programs(straying) ** 2)
 
     def unsaid(self, state: SlowState, t: float) -> SlowState:
-        """Without what was told since `t` [s]: by a sick sensor, or a gear with a gap."""
+        """Drop the information since `t` [s]: from a faulty sensor, or a gear with backlash."""
         kept = sum(w.end <= t for w in state.waiting)
         carrying = replace(state.carrying, path=state.carrying.path[:kept])
         state = replace(state, waiting=state.waiting[:kept], carrying=carrying)
@@ -198,7 +198,7 @@ class Slow:
         return self._between(state)
 
     def _recalled(self, state: SlowState, recall: Recall) -> SlowState:
-        """With these blocks alone; faults that began since are as large as they want to be."""
+        """Use these blocks alone; faults that began since may be of any size."""
         last, now = recall.blocks[-1].end if recall.blocks else recall.t, state.bank.t
         known = tuple(f if f.onset_hi < last else f.by(now) for f in state.known)
         state = replace(state, known=known)
@@ -256,14 +256,14 @@ class Slow:
         judged = self._retold(self.judge.judged(self._between(state)))
         if judged.known == state.known:
             return judged
-        # Moments that were searched for a light piece are not kept to be told again.
+        # Moments searched for a light piece are not kept to be re-evaluated.
         return replace(judged, carrying=replace(judged.carrying, unclaimed=()))
 
     def _block_of(self, state: SlowState, A: Array, b: Array, hidden: Array) -> Block:
-        """The block of what its moments say, A (n, n) and b (n,).
+        """The block of its moments' information, A (n, n) and b (n,).
 
         Args:
-            hidden: sd of what is carried unseen, (n,).
+            hidden: sd of an undetected load's effect, (n,).
         """
         gathering = state.gathering
         warm, window = gathering.warmth, self.learning.window(state.learnt, gathering.A)
@@ -274,17 +274,17 @@ class Slow:
         return Block(gathering.begin, gathering.end, A, b, walk, unseen, lost=gathering.lost)
 
     def _retold(self, state: SlowState) -> SlowState:
-        """With the moments that wait in the light of what is known by now."""
+        """Re-evaluate the waiting moments given what is known by now."""
         believed, modes = self._believed(state), state.carrying.modes
         told = (self.loads.beside.told(w, believed(w), modes) for w in state.waiting)
         return replace(state, waiting=tuple(told))
 
     def _noticed(self, state: SlowState) -> SlowState | None:
-        """With a light piece that is noticed by now: what this program taught is forgotten."""
+        """Notice a light piece that shows by now: what was learnt in this program is dropped."""
         if not state.carrying.due:
             return None
         ended = self._block(state) if state.gathering.moments else state
-        if ended.known != state.known:  # a fault, as it seems, is no light piece
+        if ended.known != state.known:  # apparently a fault, no light piece
             return None
         joints = [k for k, each in enumerate(self.of.each) if not each.kind.of_tool]
         rival = float(gathered(ended.bank, ratios(ended.bank, self.of))[joints].max())
@@ -301,12 +301,12 @@ class Slow:
         return self._between(replace(state, bank=bank, recall=recall))
 
     def _between(self, state: SlowState) -> SlowState:
-        """With no block begun."""
+        """The state with no block begun."""
         return replace(state, gathering=none_gathered(self.space.size, self.space.joints))
 
 
 def _unpushed(state: SlowState, push: Push) -> SlowState:
-    """Without the moments that wait in which something pushed the arm."""
+    """Drop the waiting moments in which something pushed the arm."""
     kept = [k for k, w in enumerate(state.waiting) if not push.within(w.begin, w.end)]
     path = tuple(state.carrying.path[k] for k in kept)
     waiting = tuple(state.waiting[k] for k in kept)

@@ -1,10 +1,10 @@
-"""A straight line through sizes whose noise nobody knows well, nor how much of it wanders.
+"""A straight line through sizes of uncertain noise, an unknown part of which wanders.
 
     y = level + rate min(t, end) + scale (sd e + wander W(t))
 
-with e white, W a random walk over the time that was seen, and end 0 of a line that goes on. What is
-wrong alike with all y is the level's and not the rate's. Scale and wander are weighed by how well
-they explain y; where y are few, that their sd is what it is said to be counts most.
+with e white, W a random walk over the observed time, and end 0 for a line that goes on. An error
+common to all y is in the level and not in the rate. Scale and wander are weighted by how well they
+explain y; where y are few, their stated sd counts most.
 """
 
 from __future__ import annotations
@@ -15,28 +15,28 @@ import numpy as np
 
 from urdyn.types import Array
 
-SAID = 4.0  # sizes that their sd, as it is said, counts for
+SAID = 4.0  # weight of the stated sd, in sizes
 WANDER = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # [sd of y] from first to last
-LATEST = 20  # that are taken one by one: what has just happened shows in them
-MEANS = 20  # of neighbours, at most, that stand for all before those
+LATEST = 20  # sizes used one by one: they show what has just happened
+MEANS = 20  # of neighbours, at most, that represent all earlier sizes
 
 
 @dataclass(frozen=True)
 class Straight:
-    """Where it is at t = 0, and how fast it goes."""
+    """The line's level at t = 0, and its rate."""
 
     level: float
-    level_sd: float  # besides what all y share
+    level_sd: float  # without the error that all y share
     rate: float  # [1/s]
     rate_sd: float
-    ended: float  # chi² by which a line that ended before is likelier
+    ended: float  # chi² by which a line that ended earlier fits better
 
 
 def straight(t: Array, y: Array, sd: Array) -> Straight:
     """The line through y (N,) at t (N,) [s], four or more, the last one before 0.
 
     Args:
-        sd: what y is known to, (N,); what they share may be in it.
+        sd: of y, (N,); may include the error that they share.
     """
     usual = float(1.0 / np.mean(sd**-2.0))
     t, y, var = _means(t, y, sd)
@@ -52,7 +52,7 @@ def straight(t: Array, y: Array, sd: Array) -> Straight:
     rate = np.sum(rest[..., :1] * rest[..., 1:], axis=1) / square
     misses = SAID + np.sum(rest[..., 0] ** 2, axis=1)[:, None] - rate**2 * square
     spread = np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)[:, None]
-    # likelihood of each, whatever level and scale are; and of all that go on, whatever the rate is
+    # log-likelihood of each, level and scale marginalised; in `weight` the rate as well
     told = -spread - 0.5 * np.log(mass) - 0.5 * (SAID + len(t) - 2.0) * np.log(misses)
     scale = misses[:, 0] / (SAID + len(t) - 4.0)  # mean of its square
     weight = told[:, 0] - 0.5 * np.log(square[:, 0])
@@ -67,14 +67,14 @@ def straight(t: Array, y: Array, sd: Array) -> Straight:
 
 
 def _root(t: Array, var: Array, usual: float) -> Array:
-    """Of the covariance of what misses a line, (w, n, n): white noise `var`, and what wanders."""
+    """Root of the covariance of a line's residuals, (w, n, n): white noise `var`, and a walk."""
     lasting = (t - t[0]) / (t[-1] - t[0])
     walk = usual * np.minimum.outer(lasting, lasting)
     return np.linalg.cholesky(np.diag(var) + np.multiply.outer(np.square(WANDER), walk))
 
 
 def _means(t: Array, y: Array, sd: Array) -> tuple[Array, Array, Array]:
-    """Times, sizes and variances, of neighbours together but for the latest."""
+    """Times, sizes and variances, averaged over neighbours except for the latest."""
     old = max(len(t) - LATEST, 1)
     at = np.append(np.arange(0, old, -(-old // MEANS)), np.arange(old, len(t)))
     weight = sd**-2.0
@@ -84,7 +84,7 @@ def _means(t: Array, y: Array, sd: Array) -> tuple[Array, Array, Array]:
 
 
 def _mixed(weight: Array, mean: Array, var: Array) -> tuple[float, float]:
-    """Mean and sd of what is one of these by their weights."""
+    """Mean and sd of a mixture."""
     weight = weight / weight.sum()
     whole = float(weight @ mean)
     return whole, float(np.sqrt(weight @ (var + (mean - whole) ** 2)))
