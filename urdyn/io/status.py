@@ -14,7 +14,7 @@ from urdyn.io.spans import NEVER, span
 
 
 class Level(IntEnum):
-    """Of diagnostic_msgs/DiagnosticStatus."""
+    """Levels of diagnostic_msgs/DiagnosticStatus."""
 
     OK = 0
     WARN = 1
@@ -38,7 +38,7 @@ def of_finding(
 ) -> Status:
     """A finding of `urdyn track` as a line: ERROR where it is critical or its time is over.
 
-    Only WARN where the fault itself is over, OK where it calls for nobody.
+    Only WARN where the fault itself is over, OK where it needs no attention.
     """
     joint = finding.get("joint")
     whose = joints[joint] if isinstance(joint, int) and 0 <= joint < len(joints) else joint
