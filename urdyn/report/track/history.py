@@ -207,14 +207,14 @@ def find_history(folder: Path) -> History:
 
 
 def _opened(path: Path) -> pq.ParquetFile:
-    """A file, by the bytes of its name, which may not be valid text."""
+    """Open a file by the bytes of its name, which may not be valid text."""
     return pq.ParquetFile(pa.OSFile(os.fsencode(path)))
 
 
 def _joined(paths: Sequence[Path]) -> pq.ParquetFile:
     """Parts as one file, which lasts as long as it is open.
 
-    They are many and small, and each is opened once: to open it takes as long as to read it.
+    They are many and small, and each is opened once: opening takes as long as reading.
     """
     with NamedTemporaryFile() as whole:
         schema = _opened(paths[0]).schema_arrow
