@@ -2,8 +2,8 @@
 
 A quantity with the value c at the middle of an interval h and a rate of change of at most L stays
 above c - L h / 2 throughout. Intervals where that is not enough are halved until it is, or until
-the quantity itself is too small. Nor is a bound far below all sampled values enough, for the least
-bound is reported as the motion's own.
+the quantity itself is too small. A bound far below all sampled values is not enough either, since
+the least bound is reported as the motion's own.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Proof:
     """What was proven for every moment of a motion."""
 
     clearance: float  # [m] least distance of any two things that could touch
-    closest: tuple[str, str]  # which two
+    closest: tuple[str, str]  # those two
     shares: dict[str, float]  # [-] most of the limits of angle, velocity, acceleration, torque
     looked: int  # number of moments evaluated
 
@@ -97,7 +97,7 @@ def prove(arm: Arm, path: Path, safe: Safe) -> Proof:
 def _covered(
     arm: Arm, safe: Safe, lasting: float, look: Callable[[Array, float], dict[str, _Margin]]
 ) -> tuple[dict[str, float], dict[str, Array], int]:
-    """Least margins over a motion, the least at its sampled moments (K,), and their number.
+    """Least margins over a motion, least ones at its sampled moments (K,), and their number.
 
     The first are proven, and at most a margin's slack below the second.
     """
