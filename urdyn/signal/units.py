@@ -1,4 +1,4 @@
-"""Units of a log, checked by its velocities: they give the time of every change of angle."""
+"""Units of a log, checked by its velocities: they give the duration of each change of angle."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from urdyn.signal.stretches import GAP
 from urdyn.types import STANDSTILL, Array, Log
 
 ENOUGH = 20  # rows in which a joint moves
-MANY = 100_000  # rows, evenly spaced, that are examined of a longer log
-# Steps of angles over velocity times step of time, where stamps count these, or where velocities or
-# angles are in degrees. Half a decade either way is more than a velocity's error, and less than any
-# other mistake would make.
+MANY = 100_000  # evenly spaced rows that are examined in a longer log
+# Angle step over velocity times time step, where stamps count these units, or where velocities or
+# angles are in degrees. Half a decade either way is more than a velocity's error, and less than the
+# effect of any other mistake.
 STAMPS = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
 DEGREES = {"velocities": float(np.radians(1.0)), "angles": float(np.degrees(1.0))}
 DECADES = 0.5
-ROWS = "rows"  # what stamps count that are one apart, unless they are exact in another unit
-EXCHANGED = "exchanged"  # angles, which stand where velocities are due, and those for them
-EXACT = 0.1  # decades that velocities are off at most, where stamps are exact
+ROWS = "rows"  # counted by stamps that are one apart, unless these are exact in another unit
+EXCHANGED = "exchanged"  # angles and velocities, in each other's columns
+EXACT = 0.1  # decades by which velocities are off at most, where stamps are exact
 SLIP = 0.05  # [rad] more than any joint moves without a velocity
 TINY = 1e-300  # [rad]
 COLUMN = {"velocities": "actual_qd", "angles": "actual_q"}
@@ -25,9 +25,9 @@ DUE = {"velocities": "rad/s: is it deg/s?", "angles": "rad: is it degrees?"}
 
 
 def wrong_unit(log: Log) -> str:
-    """What stamps count, or what is in degrees, of `STAMPS` and `DEGREES`; "" if all is in SI.
+    """What is wrong, as a key of `STAMPS` or `DEGREES`; "" if all is in SI.
 
-    `ROWS`, too: stamps that are row numbers. And `EXCHANGED`.
+    Also `ROWS`, where stamps are row numbers, and `EXCHANGED`.
 
     Reported only where most of the motion agrees on it: velocities without motion, such as the
     noise of a joint at rest, do not.
@@ -55,7 +55,7 @@ def unfilled(log: Log) -> bool:
 
 
 def complaint(unit: str) -> tuple[str, str]:
-    """One sentence of what is wrong with a log of this `wrong_unit`, and the column to blame."""
+    """One sentence on what is wrong with a log of this `wrong_unit`, and the column to blame."""
     if unit == ROWS:
         return "its stamps count rows; skip them by - in --columns, and say the --rate", "timestamp"
     if unit == EXCHANGED:
@@ -79,7 +79,7 @@ def _middle(shares: Array, ways: Array) -> Array:
     """Quartiles of the shares [-], (2,), weighted by displacement [rad]; 0 where too few count."""
     part = ways / max(ways.max(initial=0.0), TINY)
     gone = float(part.sum())
-    if gone**2 < ENOUGH * float(part @ part) or not gone:  # a few torn rows are most of it
+    if gone**2 < ENOUGH * float(part @ part) or not gone:  # a few torn rows dominate
         return np.zeros(2)
     order = np.argsort(shares)
     passed = np.searchsorted(np.cumsum(part[order]), gone * np.array([0.25, 0.75]))
@@ -87,7 +87,7 @@ def _middle(shares: Array, ways: Array) -> Array:
 
 
 def _shares(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
-    """Steps of angles over velocity times time [-], where joints move, and the latter, (k,) [rad].
+    """Angle step over velocity times time [-], where joints move, and the latter, (k,) [rad].
 
     Args:
         t: stamps (N,), of any unit.
