@@ -85,7 +85,7 @@ class Block:
 
 
 def first(x: Array, P: Array, p: int, t: float = np.nan, middle: float = np.nan) -> Bank:
-    """The bank before the first block, or before those after t [s]; middle [s] of the last."""
+    """The bank before the first block, or restarted after one with this end and middle [s]."""
     n = len(x)
     return Bank(
         t=t,

@@ -13,7 +13,7 @@ from urdyn.diagnose.straight import straight
 from urdyn.types import Array
 
 DRAWS = 2000
-NEVER = 1e9  # [s] counts as never: the rate may be zero
+NEVER = 1e9  # [s] counts as never, as where the rate may be zero
 SURE = 3.0  # [sd] of a rate, below which nothing is forecast: it is tested at every block
 FAN = (0.05, 0.25, 0.5, 0.75, 0.95)  # quantiles of a forecast
 STEPS = 41  # times at which a forecast is given
