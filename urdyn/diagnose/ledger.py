@@ -94,16 +94,16 @@ class Ledger:
 
     def _new(self, book: Book, slow: SlowState) -> tuple[Book, list[Finding]]:
         """Add the changes that this step has settled."""
-        series, new, strays = dict(book.series), [], self.judge.extent.strays(slow)
+        series, new, extent = dict(book.series), [], self.judge.extent
         for change in slow.found:
             k, suspect = change.suspect, self.judge.of.each[change.suspect]
             if not suspect.kind.of_tool and k not in slow.suspects:
                 continue
-            trace = () if suspect.kind.of_tool else tuple(self.judge.extent.trace(slow, k))
+            trace = () if suspect.kind.of_tool else tuple(extent.trace(slow, k))
             series[k] = trace
             finding = of_change(change, self.judge.of, self.space, self.rules, trace)
             if trace:  # sized and forecast as it will be from the next block on
-                finding = grown(finding, suspect, trace, change.alarm, strays[k])
+                finding = grown(finding, suspect, trace, change.alarm, extent.strays(slow)[k])
             new.append(finding)
         findings, found = entered(book.findings, new)
         return replace(book, series=series, findings=unexplained(findings)), found
