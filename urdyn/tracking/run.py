@@ -256,8 +256,17 @@ class _Run(Generic[S]):
         if arrival.ahead != at.ahead:
             lacked = replace(lacked, clock_set=lacked.clock_set + 1)
         setting = at.setting.heard(arrival.sample.setting, state.moved - before.moved)
-        at = replace(at, state=state, losses=lacked, setting=setting, index=at.index + 1)
-        return replace(at, began=began, last=t, ahead=arrival.ahead), reading
+        now = replace(
+            at,
+            state=state,
+            losses=lacked,
+            setting=setting,
+            index=at.index + 1,
+            began=began,
+            last=t,
+            ahead=arrival.ahead,
+        )
+        return now, reading
 
     def _missing(self, before: Arrival, arrival: Arrival) -> int:
         """Number of samples missing between two: by their stamps, unless a clock was set."""

@@ -160,9 +160,10 @@ class Tracker(Generic[S]):
             state = replace(state, heard=self._with_more(state.heard, sample))
         if instant is None:
             return replace(state, causal=causal), None
-        shift = np.nan_to_num(instant.shift)  # reported once, whatever else is missing
-        if np.count_nonzero(shift) and not self._detector.poses:  # poses have shown it before
-            state = with_encoder_jump(state, self.filter, self.currents.places["k"], shift)
+        # A jump is reported once, whatever else is missing; poses have shown it before.
+        if np.count_nonzero(instant.shift) and not self._detector.poses:
+            shift, zeros = np.nan_to_num(instant.shift), self.currents.places["k"]
+            state = with_encoder_jump(state, self.filter, zeros, shift)
         if not np.isfinite([instant.q, instant.v, instant.a]).all():
             return replace(state, causal=causal), None
         wrong = self.fit.dynamics.undrawn(instant.current)
