@@ -96,6 +96,18 @@ def test_generalised_likelihood_finds_the_onset() -> None:
     assert found.onset is not None and abs(found.onset - 60) <= 5  # ages are a grid
 
 
+@pytest.mark.parametrize("every", [1, 2, 5])
+def test_a_likelihood_ratio_judges_by_what_was_measured(every: int) -> None:
+    """One sd beyond what is tolerated, n times: sqrt(n), however many rows are missing between."""
+    rows = np.full((90, 1), np.nan)
+    rows[::-every] = 2.0
+    detector = GLR(side=1, tolerance=1.0)
+    state = detector.init(1)
+    for row in rows:
+        state, verdict = detector.step(state, row)
+    np.testing.assert_allclose(verdict.evidence, 90 / every / detector._threshold(1) ** 2)
+
+
 @pytest.mark.parametrize("unmeasured", [[], [3, 20]])
 def test_the_oracle_is_the_best_onset_of_the_known_ramp(unmeasured: list[int]) -> None:
     """What was not measured tells of no onset, and the ramp goes on meanwhile."""

@@ -35,7 +35,7 @@ SHAPES = ("ramp", "step")
 class Window:
     """The last innovations."""
 
-    e: Array  # (W, n) [sd] oldest first; 0 before the first and where nothing was measured
+    e: Array  # (W, n) [sd] oldest first; NaN before the first and where nothing was measured
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "e", frozen(self.e))
@@ -76,24 +76,29 @@ class GLR:
         streams = given_streams(streams)
         given_side(self.side, streams)
         given_tolerance(self.tolerance, streams)
-        return Window(np.zeros((self.ages[-1], streams)))
+        return Window(np.full((self.ages[-1], streams), np.nan))
 
     def step(self, state: Window, observed: Array) -> tuple[Window, Verdict]:
         """Fit every term to the window that ends with these innovations, (n,) [sd]."""
         observed = given_step(observed, state.e.shape[1])
-        newest = np.where(np.isfinite(observed), observed, 0.0)
-        e = np.vstack([state.e[1:], newest])
-        side, slack = np.asarray(self.side), np.asarray(self.tolerance)
-        up = self._shapes @ np.clip(e - slack, -CLIP, CLIP)
-        down = self._shapes @ np.clip(-e - slack, -CLIP, CLIP)
+        e = np.vstack([state.e[1:], np.where(np.isfinite(observed), observed, np.nan)])
+        side = np.asarray(self.side)
+        up, down = self._fitted(e), self._fitted(-e)
         terms = np.stack([np.where(side >= 0.0, up, 0.0), np.where(side <= 0.0, down, 0.0)])
-        streams = np.maximum(terms.max(axis=(0, 1)), 0.0) / self._threshold(len(newest))
+        streams = np.maximum(terms.max(axis=(0, 1)), 0.0) / self._threshold(len(observed))
         kind, age = self._explained(terms[:, :, streams.argmax()])
         return Window(e), Verdict(float(streams.max() ** 2), streams**2, kind, age)
 
     def acknowledged(self, state: Window) -> Window:
         """Nothing seen yet."""
-        return Window(np.zeros_like(state.e))
+        return Window(np.full_like(state.e, np.nan))
+
+    def _fitted(self, e: Array) -> Array:
+        """Every term of a rise, (K, n), of unit variance over the steps that were measured."""
+        beyond = np.clip(e - np.asarray(self.tolerance), -CLIP, CLIP)
+        length = np.sqrt(self._shapes**2 @ np.isfinite(e))
+        fitted = self._shapes @ np.nan_to_num(beyond)
+        return np.asarray(fitted / np.where(length > 0.0, length, np.inf))
 
     def _threshold(self, streams: int) -> float:
         sides = np.broadcast_to(np.where(np.asarray(self.side) == 0.0, 2.0, 1.0), (streams,))
