@@ -259,6 +259,12 @@ def test_a_limit_of_zero_is_none() -> None:
     assert (arm.effort_limit.item(), arm.velocity_limit.item()) == (np.inf, np.inf)
 
 
+@pytest.mark.parametrize("key", ["effort", "velocity"])
+def test_a_limit_below_zero_is_refused(key: str) -> None:
+    with pytest.raises(ArmError, match="'pivot' has a negative limit of velocity or effort"):
+        read_arm(re.sub(f'{key}="', f'{key}="-', PENDULUM))
+
+
 def test_what_is_bolted_to_a_link_is_part_of_its_body() -> None:
     bolted = PENDULUM.replace(
         "</robot>",

@@ -119,6 +119,8 @@ def _limits(element: ET.Element, kind: str, what: str) -> tuple[float, float, fl
         return -TURN, TURN, math.inf, math.inf
     limit = _require(element, "limit", what)
     velocity, effort = (_number(limit, k, what) or math.inf for k in ("velocity", "effort"))
+    if velocity < 0.0 or effort < 0.0:
+        raise ArmError(f"{what} has a negative limit of velocity or effort; write 0 for none")
     if kind == "continuous":
         return -TURN, TURN, velocity, effort
     lower, upper = (_number(limit, key, what, "0") for key in ("lower", "upper"))
