@@ -222,8 +222,12 @@ def prior_information(student_t: tuple[Contradictable, ...], z: Array) -> Array:
 
 def data_information(problem: Problem, z: Array) -> Array:
     """Information of the data alone on the scores at `z`, (P, P)."""
-    symbol = ca.MX.sym("z", len(z))
-    residual = problem.residual(symbol, problem.data)
-    slope = ca.Function("slope", [symbol], [ca.jacobian(residual, symbol)])
-    J: Array = np.asarray(slope(z), dtype=np.float64)
+    J: Array = np.asarray(_residual_slope(problem.residual)(z, problem.data), dtype=np.float64)
     return np.asarray(J.T @ J)
+
+
+@lru_cache(maxsize=2)
+def _residual_slope(residual: Any) -> Any:
+    """CasADi function (z, data) -> derivative of the residuals in z."""
+    z, data = residual.mx_in()
+    return ca.Function("residual_slope", [z, data], [ca.jacobian(residual(z, data), z)])
