@@ -214,7 +214,7 @@ def test_friction_that_doubles_in_a_real_run_is_no_play(real: Fit, recorded: Rec
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("joint", [*(pytest.param(j, marks=pytest.mark.slow) for j in (0, 1)), 2])
+@pytest.mark.parametrize("joint", [0, 1, 2])
 def test_a_jolt_in_a_real_run_is_play_and_no_push(
     real: Fit, recorded: Recorded, joint: int
 ) -> None:
@@ -232,7 +232,7 @@ def _swing(after: Array) -> Array:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("joint", [*(pytest.param(j, marks=pytest.mark.slow) for j in (0, 2)), 5])
+@pytest.mark.parametrize("joint", [0, 2, 5])
 def test_a_jolt_where_the_controllers_torque_turns_over_is_play(
     real: Fit, recorded: Recorded, joint: int
 ) -> None:

@@ -75,6 +75,11 @@ def life() -> Array:
     return y
 
 
+@pytest.fixture(scope="module")
+def likeliest(life: Array) -> Learnt:
+    return maximise_evidence(np.log([0.3, 0.4]), walking, ticks(N), life)
+
+
 def test_em_recovers_noise_levels(life: Array) -> None:
     def maximise(setting: Array, history: Smoothed) -> Array:
         model, inputs = walking(setting), ticks(N)
@@ -93,8 +98,8 @@ def test_em_recovers_noise_levels(life: Array) -> None:
     assert (np.abs(found.setting - TRUTH) < 4 * curvature_sd(misfit, found.setting)).all()
 
 
-def test_em_and_the_evidence_agree(life: Array) -> None:
-    found = maximise_evidence(np.log([0.3, 0.4]), walking, ticks(N), life)
+def test_em_and_the_evidence_agree(life: Array, likeliest: Learnt) -> None:
+    found = likeliest
     assert found.converged and found.log_likelihood[-1] > found.log_likelihood[0]
 
     def misfit(setting: Array) -> float:
@@ -330,9 +335,9 @@ def test_a_search_may_begin_without_any_coupling() -> None:
     assert abs(one.setting[0] - truth[0]) < 4 * np.sqrt(cov[0, 0])
 
 
-def test_a_scale_is_the_unit_of_a_parameter(life: Array) -> None:
+def test_a_scale_is_the_unit_of_a_parameter(life: Array, likeliest: Learnt) -> None:
     """In thousandths of a logarithm, the same search."""
-    one = maximise_evidence(np.log([0.3, 0.4]), walking, ticks(N), life)
+    one = likeliest
     fine = maximise_evidence(
         1e3 * np.log([0.3, 0.4]), lambda x: walking(1e-3 * x), ticks(N), life, scale=1e3
     )

@@ -125,19 +125,21 @@ class Wear:
         """Move every parameter by the rates that lead it, (..., p + r)."""
         return self._led(x, u.span)
 
-    def later(self, belief: Gaussian, span: float, blind: bool) -> Gaussian:
-        """The belief `span` [s] later, without abrupt changes or measurements.
+    def later(
+        self, belief: Gaussian, span: float, blind: bool, besides: Array | float = 0.0
+    ) -> Gaussian:
+        """The belief `span` [s] later, without measurements.
 
         Args:
             blind: some joint's temperature is not measured.
+            besides: variance to add, (n,), of abrupt changes say.
         """
-        cov = self._strayed(self._propagated(belief.cov, span), span, blind)
+        cov = self._strayed(self._propagated(belief.cov, span), span, blind, besides)
         return Gaussian(self._led(belief.mean, span), cov)
 
     def predicted(self, belief: Gaussian, u: RobotSlice) -> Gaussian:
         """The belief predicted over a slice."""
-        cov = self._strayed(self._propagated(belief.cov, u.span), u.span, u.blind, self._besides(u))
-        return Gaussian(self._led(belief.mean, u.span), cov)
+        return self.later(belief, u.span, u.blind, self._besides(u))
 
     def befallen(self, belief: Gaussian, drives: Array, wears: bool) -> Gaussian:
         """The belief once drives may have changed abruptly, (J,) 1 where they may have.
@@ -203,7 +205,7 @@ class Wear:
             variance[self.slow] = u.stray**2 * -np.expm1(-2.0 * u.span / self.memory)
         return variance
 
-    def _strayed(self, cov: Array, dt: float, blind: bool, besides: Array | float = 0.0) -> Array:
+    def _strayed(self, cov: Array, dt: float, blind: bool, besides: Array | float) -> Array:
         """`cov`, (n, n), modified in place by the noise of straying and fading states over dt [s].
 
         Args:

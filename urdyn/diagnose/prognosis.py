@@ -37,8 +37,7 @@ class Course:
     @property
     def grows(self) -> bool:
         """Whether it surely goes on in its direction; otherwise nothing is forecast."""
-        way = self._way * self.rate
-        return way > SURE * self.rate_sd and way > 0.0
+        return self._way * self.rate > SURE * self.rate_sd
 
     def until(self, level: float) -> dict[str, float]:
         """Median and 90 % interval of the time until |size| reaches `level` [s]; 0 if passed."""

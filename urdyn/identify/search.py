@@ -136,17 +136,13 @@ def _shape(state: State, runs: Sequence[Run], progress: Progress) -> State:
     return state
 
 
-def _with_noise(
-    state: State, runs: Sequence[Run], plain: bool = False, apart: bool = True
-) -> State:
-    """The same point with the noise of its residuals, by sampling rate.
+def _with_noise(state: State, runs: Sequence[Run], plain: bool = False) -> State:
+    """The same point with the noise of its residuals, by sampling rate; `plain`: white, Gaussian.
 
-    Args:
-        plain: white and Gaussian.
-        apart: scaled separately near reversals.
+    Near reversals it is scaled separately.
     """
     rates = _rates(runs)
-    each = [_noise(state, _of_rate(state, runs, k), plain, apart) for k in range(max(rates) + 1)]
+    each = [_noise(state, _of_rate(state, runs, k), plain) for k in range(max(rates) + 1)]
     return replace(state, noises=tuple(each[rate] for rate in rates))
 
 
@@ -170,8 +166,8 @@ def _rates(runs: Sequence[Run]) -> list[int]:
     return rates.tolist()
 
 
-def _noise(state: State, loaded: Loaded, plain: bool, apart: bool) -> Noise:
-    """Noise of the point's residuals in motions of one rate."""
+def _noise(state: State, loaded: Loaded, plain: bool = False, apart: bool = True) -> Noise:
+    """Noise of the point's residuals in motions of one rate; `apart`: near reversals separately."""
     left = _joint_by_joint(residuals(point, motion, state.band) for motion, point, _ in loaded)
     step = float(np.mean([median_step(motion.t) for motion, *_ in loaded])) * state.band.every
     near = _turnings(state, loaded) if apart else None
@@ -303,7 +299,7 @@ def _finish(state: State, runs: Sequence[Run]) -> Fit:
             unknowns.sd[:, None] * belief.cov * unknowns.sd,
         ),
         terms=unknowns.terms,
-        noise=_noise(last, _of_rate(last, runs, 0), plain=False, apart=False),
+        noise=_noise(last, _of_rate(last, runs, 0), apart=False),
         sources=tuple(run.motion.source for run in runs),
         n_samples=sum(len(run.motion) for run in runs),
         rank=rank,
