@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.signal import butter, lfilter, sosfiltfilt
 
 from urdyn.identify import Noise
+from urdyn.identify.band import common_band
 from urdyn.identify.search import Run, _start, _with_noise
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Motion
@@ -36,3 +37,15 @@ def test_each_rate_has_the_noise_of_its_own_rows(point: Dynamics, motion: Motion
         np.testing.assert_allclose(found.scale, expected.scale, rtol=1e-3)
         np.testing.assert_allclose(found.ar, expected.ar, atol=1e-3)
     assert both[0].keep < both[1].keep
+
+
+def test_each_rate_is_compared_in_the_band_of_its_own_recordings(
+    point: Dynamics, motion: Motion
+) -> None:
+    """Else what was filtered out of the fast one is heard wherever a slow one goes along."""
+    sos = butter(4, 0.05, output="sos")
+    fast = replace(motion, current=sosfiltfilt(sos, motion.current, axis=0))
+    slow = fast.rows(np.arange(0, len(fast), 4), ())
+    bands = _start(point.arm, [Run(slow), Run(fast), Run(slow)], None, point.payload).bands
+    assert bands == tuple(map(common_band, ([slow, slow], [fast], [slow, slow])))
+    assert bands[1].every > bands[0].every

@@ -8,9 +8,9 @@ point.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain
+from itertools import chain, count
 
 import numpy as np
 
@@ -57,8 +57,8 @@ class Run:
     payload: PayloadPrior | None = None
 
 
-# Motions, each with the arm as loaded in it and the index of its payload.
-Loaded = list[tuple[Motion, Dynamics, int | None]]
+# Motions, each with the arm as loaded in it, the index of its payload and its band.
+Loaded = list[tuple[Motion, Dynamics, int | None, Band]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class State:
     z: Array  # (P,) standard scores
     noises: tuple[Noise, ...]  # one per run, in its own rows; the same for equal rates
     temperature: Array  # (J,) [°C] mean over the runs, to which friction refers; NaN: not measured
-    band: Band = EVERYTHING
+    bands: tuple[Band, ...]  # likewise, in which currents are compared
     friction_time: float = 0.0  # [s] by which friction reverses before the recorded motion
     cov: Array | None = None  # (P, P) of z; None: not yet computed
     point: Dynamics = field(init=False)  # the arm at z, with its tool
@@ -81,15 +81,13 @@ class State:
         object.__setattr__(self, "payloads", payloads)
 
     def loaded(self, runs: Sequence[Run]) -> Loaded:
-        """Every run's motion, the arm as loaded in it, and the index of its payload."""
-        with_payload = [k for k, run in enumerate(runs) if run.payload]
-        index, tool = {k: n for n, k in enumerate(with_payload)}, self.point.payload
-        return [
-            (run.motion, replace(self.point, payload=tool + self.payloads[index[k]]), index[k])
-            if k in index
-            else (run.motion, self.point, None)
-            for k, run in enumerate(runs)
-        ]
+        """Every run's motion, the arm as loaded in it, the index of its payload and its band."""
+        arms = [replace(self.point, payload=self.point.payload + own) for own in self.payloads]
+        index, found = count(), Loaded()
+        for run, band in zip(runs, self.bands, strict=True):
+            k = next(index) if run.payload else None
+            found.append((run.motion, self.point if k is None else arms[k], k, band))
+        return found
 
 
 def search(
@@ -118,8 +116,14 @@ def _start(arm: Arm, runs: Sequence[Run], gain: Array | None, tool: Array) -> St
     unknowns = Unknowns(population(arm), (measurable,) * arm.joints, gain, payloads, tool)
     one = np.ones(arm.joints)
     unit = Noise(one, one, GAUSSIAN * one, np.zeros((arm.joints, 0)))
-    band = common_band([run.motion for run in runs])
-    return State(unknowns, np.zeros(len(unknowns.mean)), (unit,) * len(runs), temperature, band)
+    rates = _rates(runs)
+
+    def band(rate: int) -> Band:
+        pairs = zip(runs, rates, strict=True)
+        return common_band([run.motion for run, its in pairs if its == rate])
+
+    start, noises = np.zeros(len(unknowns.mean)), (unit,) * len(runs)
+    return State(unknowns, start, noises, temperature, _of_each(rates, band))
 
 
 def _shape(state: State, runs: Sequence[Run], progress: Progress) -> State:
@@ -141,9 +145,14 @@ def _with_noise(state: State, runs: Sequence[Run], plain: bool = False) -> State
 
     Near reversals it is scaled separately.
     """
-    rates = _rates(runs)
-    each = [_noise(state, _of_rate(state, runs, k), plain) for k in range(max(rates) + 1)]
-    return replace(state, noises=tuple(each[rate] for rate in rates))
+    noises = _of_each(_rates(runs), lambda k: _noise(state, _of_rate(state, runs, k), plain))
+    return replace(state, noises=noises)
+
+
+def _of_each(rates: Sequence[int], of: Callable[[int], V]) -> tuple[V, ...]:
+    """What belongs to each run by its rate, worked out once for each rate."""
+    each = [of(rate) for rate in range(max(rates) + 1)]
+    return tuple(each[rate] for rate in rates)
 
 
 def _of_rate(state: State, runs: Sequence[Run], rate: int) -> Loaded:
@@ -168,17 +177,17 @@ def _rates(runs: Sequence[Run]) -> list[int]:
 
 def _noise(state: State, loaded: Loaded, plain: bool = False, apart: bool = True) -> Noise:
     """Noise of the point's residuals in motions of one rate; `apart`: near reversals separately."""
-    left = _joint_by_joint(residuals(point, motion, state.band) for motion, point, _ in loaded)
-    step = float(np.mean([median_step(motion.t) for motion, *_ in loaded])) * state.band.every
-    near = _turnings(state, loaded) if apart else None
+    left = _joint_by_joint(residuals(point, motion, band) for motion, point, _, band in loaded)
+    step = float(np.mean([median_step(motion.t) * band.every for motion, *_, band in loaded]))
+    near = _turnings(loaded) if apart else None
     if plain:
         return white_noise(left, step, near)
     return fit_noise(left, step, _absorbed(state, loaded), near)
 
 
-def _turnings(state: State, loaded: Loaded) -> list[list[Mask]]:
+def _turnings(loaded: Loaded) -> list[list[Mask]]:
     """Which rows of the residuals are near a reversal."""
-    return _joint_by_joint(turnings(point, motion, state.band) for motion, point, _ in loaded)
+    return _joint_by_joint(turnings(point, motion, band) for motion, point, _, band in loaded)
 
 
 def _absorbed(state: State, loaded: Loaded) -> list[list[Array]] | None:
@@ -187,9 +196,11 @@ def _absorbed(state: State, loaded: Loaded) -> list[list[Array]] | None:
         return None
     belief, joints = Gaussian(state.z, state.cov), range(state.point.arm.joints)
 
-    def of_run(motion: Motion, point: Dynamics, payload: int | None) -> list[list[Array]]:
+    def of_run(
+        motion: Motion, point: Dynamics, payload: int | None, band: Band
+    ) -> list[list[Array]]:
         roots = coefficient_roots(state.unknowns, [(j, payload) for j in joints], point, belief)
-        return absorbed_periodograms(point, motion, roots, state.band)
+        return absorbed_periodograms(point, motion, roots, band)
 
     return _joint_by_joint(of_run(*one) for one in loaded)
 
@@ -202,8 +213,10 @@ def _joint_by_joint(runs: Iterable[list[list[V]]]) -> list[list[V]]:
 def _blocks(state: State, runs: Sequence[Run]) -> list[Compressed]:
     return [
         block
-        for (motion, point, payload), noise in zip(state.loaded(runs), state.noises, strict=True)
-        for block in compress(point, motion, noise, payload, state.band)
+        for (motion, point, payload, band), noise in zip(
+            state.loaded(runs), state.noises, strict=True
+        )
+        for block in compress(point, motion, noise, payload, band)
     ]
 
 
@@ -245,8 +258,8 @@ def _align(state: State, runs: Sequence[Run]) -> State:
 def _misfit(state: State, runs: Sequence[Run]) -> float:
     """Squared residuals of all joints, each in units of its noise."""
     total = 0.0
-    for (motion, point, _), noise in zip(state.loaded(runs), state.noises, strict=True):
-        for joint, stretches in enumerate(residuals(point, motion, state.band)):
+    for (motion, point, _, band), noise in zip(state.loaded(runs), state.noises, strict=True):
+        for joint, stretches in enumerate(residuals(point, motion, band)):
             total += sum(float(r @ r) for r in stretches) / noise.sd[joint] ** 2
     return total
 
@@ -282,7 +295,7 @@ def _settle(state: State, runs: Sequence[Run]) -> State:
 def _finish(state: State, runs: Sequence[Run]) -> Fit:
     blocks, unknowns = _blocks(state, runs), state.unknowns
     belief = _belief(state, blocks)
-    last = replace(state, z=belief.mean, cov=belief.cov, band=EVERYTHING)
+    last = replace(state, z=belief.mean, cov=belief.cov, bands=(EVERYTHING,) * len(runs))
     parameters, jacobian = physical(unknowns, belief.mean)
     prior, prior_jacobian = physical(unknowns, np.zeros_like(belief.mean))
     rank, columns = data_rank(blocks, last.point.arm.joints)
