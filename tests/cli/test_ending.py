@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import pty
 import signal
 
 import pytest
@@ -9,7 +11,7 @@ import pytest
 from urdyn.cli.ending import ended_by
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_afterwards_signals_mean_what_they_did_before(number: signal.Signals) -> None:
     """Once they stayed a track's: whoever was interrupted later in that process waited for ever."""
     before, heard = signal.getsignal(number), []
@@ -18,3 +20,28 @@ def test_afterwards_signals_mean_what_they_did_before(number: signal.Signals) ->
         raise ValueError("meanwhile")
     assert heard == [number]
     assert signal.getsignal(number) is before
+
+
+def test_a_terminal_that_is_closed_does_not_end_what_nohup_began() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with ended_by(lambda: pytest.fail("ended")):
+            signal.raise_signal(signal.SIGHUP)
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_who_is_ended_by_a_closed_terminal_may_still_speak() -> None:
+    """Once a run's first words after it failed, and its report was not written."""
+    terminal, output = pty.openpty()
+    before = os.dup(2)
+    os.dup2(output, 2)
+    try:
+        with ended_by(lambda: None):
+            os.close(terminal)
+            signal.raise_signal(signal.SIGHUP)
+            assert os.write(2, b"written") == 7
+    finally:
+        os.dup2(before, 2)
+        os.close(before)
+        os.close(output)

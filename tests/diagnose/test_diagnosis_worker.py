@@ -141,7 +141,7 @@ def test_a_run_is_told_all_that_its_findings_say(shop: Shop, tmp_path: Path) -> 
 
 def test_who_interrupts_a_run_does_not_interrupt_its_diagnosis(begun, tmp_path: Path) -> None:
     until((tmp_path / FINDINGS).exists)  # it is at work
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         os.kill(child_of(begun), number)
     begun.note(2, False)
     begun.keep(5)

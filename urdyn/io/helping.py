@@ -25,7 +25,7 @@ def helping(answers: Callable[[Heard], Iterator[Words | Array]]) -> None:
     The process ends with its parent, however that ends; interrupts are the parent's business
     alone.
     """
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     _stand_back()
     breath = _Breath()
