@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -164,15 +165,35 @@ def test_a_full_disk_leaves_every_row_that_was_written(tmp_path: Path) -> None:
     journal, path = Journal(tmp_path / "a.csv.zst"), tmp_path / "a.csv.zst"
     row = pa.record_batch({"timestamp": pa.array([1.0, 2.0]), "actual_q_0": pa.array([0.1, 0.2])})
     journal.write(row)
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 3, hard))
-    try:
-        with pytest.raises(InputError, match=r"written: File too large; what is in it is whole$"):
-            journal.write(row)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    told = r"written: File too large; what is in it is whole$"
+    with room_for(path.stat().st_size + 3), pytest.raises(InputError, match=told):
+        journal.write(row)
     journal.finish({})
     assert read(path).t.tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".mcap"])
+def test_a_disk_that_is_full_at_the_end_leaves_a_recording_and_says_so(
+    tmp_path: Path, suffix: str
+) -> None:
+    journal, path = Journal(tmp_path / f"a{suffix}"), tmp_path / f"a{suffix}"
+    row = pa.record_batch({"timestamp": pa.array([1.0, 2.0]), "actual_q_0": pa.array([0.1, 0.2])})
+    journal.write(row)
+    told = rf"a{suffix}: holds the recording as CSV .* for {suffix} cannot be written: File too la"
+    with room_for(path.stat().st_size), pytest.raises(InputError, match=told):
+        journal.finish({})
+    assert read(path).t.tolist() == [1.0, 2.0] and list(tmp_path.iterdir()) == [path]
+
+
+@contextmanager
+def room_for(size: int) -> Iterator[None]:
+    """Files may not grow beyond this [bytes]."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def test_a_drop_is_taken_up_again_and_told(start: Start, tmp_path: Path) -> None:

@@ -34,6 +34,10 @@ from urdyn.types import Array
 SUFFIXES = (".parquet", ".mcap", ".csv.zst", ".csv")
 REWRITTEN = (".parquet", ".mcap")
 GROUP = 1 << 24  # [bytes] of CSV that become one row group, about
+KEPT = (
+    "holds the recording as CSV in zstd, which `urdyn` reads and `urdyn convert` rewrites, "
+    "for {} {}"
+)
 Column = NDArray[Any]
 
 
@@ -86,7 +90,11 @@ class Journal:
             if empty:  # there was no room for a row
                 self.path.unlink()
             elif self._form in REWRITTEN:
-                self._rewrite(metadata)
+                try:
+                    self._rewrite(metadata)
+                except InputError as error:
+                    why = str(error).removeprefix(f"{self.path}: ")
+                    raise InputError(f"{self.path}: {KEPT.format(self._form, why)}") from error
 
     def _begun(self) -> BinaryIO:
         """The empty file, ours alone; no recording can be made again, so none is overwritten."""
@@ -119,7 +127,7 @@ class Journal:
         assert self._schema is not None, "rows were written"
         options = csv.ConvertOptions(column_types=self._schema, null_values=[])  # NaN is a number
         # Arrow's own file, as `urdyn.io.sound` has its own memory: workers outlive the interpreter.
-        with pa.OSFile(os.fsencode(self.path)) as stream, writing(self.path) as target:
+        with writing(self.path) as target, pa.OSFile(os.fsencode(self.path)) as stream:
             text = pa.CompressedInputStream(stream, "zstd")
             reader = csv.open_csv(text, csv.ReadOptions(block_size=GROUP), convert_options=options)
             if self._form == ".mcap":
