@@ -475,6 +475,19 @@ def test_a_severity_does_not_flicker_at_its_level(
     assert (warned.severity, told.severity, told.size) == ("warning", now, size)
 
 
+def test_a_change_has_the_size_of_the_last_block_that_tells_it(shop: Shop) -> None:
+    """Once one that may as well be nothing was critical, at +0.3 % ± 181 %."""
+    diagnosis = shop.diagnosis(shop.log(seconds=2.0))
+    of = diagnosis.slow.of
+    k = next(k for k, s in enumerate(of.each) if s.kind.name == "sensor_gain")
+    change = Change(k, 0.0, (-1.0, 1.0), (-1.0, 1.0), 5.0, 0.99, 9.0, 0.78, 0.02, 0.0, 0.0)
+    found = of_change(change, of, diagnosis.space, diagnosis.rules, [])
+    before, blind, told = (-2.5, 0.0, 0.03), (12.5, -0.003, 1.1), (7.5, 0.6, 0.03)
+    for series, size in (([before], 0.78), ([before, blind], 0.78), ([told, blind], 0.6)):
+        (now,) = up_to_date([found], {k: of.each[k]}, {k: series}, diagnosis.space, 15.0, {k: 0.0})
+        assert (now.severity, now.size) == ("critical", -size) and now.size_sd < 0.1
+
+
 def test_a_rate_is_told_as_what_people_read_grows(shop: Shop) -> None:
     """A sensor's bank has the current that is missing: what is read of it falls as that rises."""
     diagnosis = shop.diagnosis(shop.log(seconds=2.0))

@@ -33,8 +33,8 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
     kind = suspect.kind
     size, sd = suspect.read(change.size, change.size_sd)
     per = suspect.slope(change.size)
-    if kind.of_friction and trace:
-        _, size, sd = trace[-1]
+    if kind.of_friction and (told := _telling(suspect, trace, change.onset)):
+        _, size, sd = told[-1]
         per = size / change.size
     rate, rate_sd = change.rate * per, change.rate_sd * abs(per)
     evidence: dict[str, Any] = {
@@ -130,13 +130,16 @@ def grown(old: Finding, suspect: Suspect, series: Series, now: float, strays: fl
     """A slow finding updated from its series, with its forecast.
 
     A growing change has the size of its course `now`, from which it is forecast; any other that of
-    its last block.
+    its last block that tells it, and until there is one, of its alarm.
     """
+    told = _telling(suspect, series, old.onset_s)
+    if not told:
+        return old
     kind, (_, walk) = suspect.kind, suspect.read(series[-1][1], strays)
     series = _read(suspect, series)
-    course = trend(series, old.onset_s, now, walk)
+    course = trend(told, old.onset_s, now, walk)
     forecast = _forecast(suspect, course) if course else None
-    _, size, sd = series[-1]
+    _, size, sd = told[-1]
     if course and forecast:
         size, sd = course.size, course.size_sd
     unsure, at = _unsure(suspect, size, sd), f" at stamp {now:.1f} s," if forecast else ""
@@ -155,6 +158,20 @@ def grown(old: Finding, suspect: Suspect, series: Series, now: float, strays: fl
     if course is None:
         return new
     return replace(new, time_to_failure_s=_left(forecast), forecast=forecast)
+
+
+def _telling(suspect: Suspect, series: Series, onset: float) -> Series:
+    """The sizes since a change's onset, as reported, that say whether it is critical.
+
+    One that may as well be none as critical does not: a block may say nothing of its joint.
+    """
+    critical = suspect.kind.critical
+
+    def tells(size: float, sd: float) -> bool:
+        much, doubt = suspect.grown(size), SURELY_BELOW * sd
+        return much > doubt or much + doubt < critical
+
+    return [level for level in _read(suspect, series) if level[0] > onset and tells(*level[1:])]
 
 
 def _gone(old: Finding, suspect: Suspect, series: Series) -> bool:
