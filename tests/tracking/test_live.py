@@ -144,3 +144,16 @@ def test_a_live_run_that_is_ended_can_be_taken_up_again(workshop, controller, tm
     assert again["samples"] == ended["samples"] + 62
     t = rows(tmp_path)["t"].to_numpy()
     assert len(t) > 10
+
+
+def test_a_robot_says_that_a_hand_moves_it(ur5e):
+    rows = enumerate(play(simulate(ur5e, 1.0, 500.0, seed=1)[0]))
+    # The teach button, in 100 of 500 rows.
+    told = ({**row, "robot_status_bits": 3 + 4 * (100 <= k < 200)} for k, row in rows)
+    with serve(told, port=0) as server:
+        source = open_source(f"rtde://127.0.0.1:{server.port}", duration=0.6, rate=RATE)
+        came = [arrival.sample for arrival in source.start(0)]
+        source.close()
+    by_hand = [sample.undriven for sample in came]
+    assert sum(by_hand) == 25  # one in four is asked for
+    assert [bool(np.isnan(sample.current).all()) for sample in came] == by_hand

@@ -34,7 +34,7 @@ def test_what_is_lost_repeated_and_set_back_is_told_apart():
     found = as_plain(losses, 0, 2, ("a",), len(stamps))
     assert found == {
         "gaps": 1, "missing": 9, "longest_step_s": pytest.approx(0.1), "repeated": 1,
-        "clock_set": 1, "refused": 0, "undrawn": 2,
+        "clock_set": 1, "refused": 0, "undrawn": 2, "undriven": 0,
         "without_current": [0.0, pytest.approx(1 / 7)], "defects": ["a"],
     }  # fmt: skip
 
@@ -67,6 +67,7 @@ def test_a_run_tells_what_its_recording_lacked(workshop, tmp_path):
     channels["actual_current"][100:130, 3] = np.nan
     channels["actual_q"][400, 2] += 1.0  # torn
     channels["actual_current"][450, 1] = 500.0
+    channels["robot_mode"] = np.where(rows // 20 == 26, 6.0, 7.0)  # backdrive
     write(replace(workshop.log, t=workshop.log.t[rows], channels=channels), tmp_path / "a.parquet")
     source = open_source(str(tmp_path / "a.parquet"))
     summary = workshop.track(tmp_path / "out", source)
@@ -75,9 +76,11 @@ def test_a_run_tells_what_its_recording_lacked(workshop, tmp_path):
     assert quality["longest_step_s"] == pytest.approx(0.61)
     assert quality["without_current"][3] == pytest.approx(30 / len(rows))
     assert quality["refused"] > 0 and quality["undrawn"] == 1
+    assert quality["undriven"] == 20 and not quality["without_current"][1]  # told once
     said = verdict(summary)
     assert "not whole: impossible angles or speeds" in said and "gap (kept)" in said
-    assert "currents that no motor draws 1;" in said and "up to 5.6 % missing" in said
+    assert "by hand or without power 20; currents that no motor draws 1;" in said
+    assert "up to 5.6 % missing" in said
     assert quality["lost"] is None and not any(quality["stuck"])
     assert quality["too_sparse"] is None  # one gap is a gap
     whole = open_source(str(workshop.recording), rows=(0, 300))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import urdyn as ud
 from urdyn.errors import InputError
 from urdyn.io.effort import UNTOLD, Effort
+from urdyn.signal.channels import STATUS
 
 if TYPE_CHECKING:
     from urdyn.types import Source
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 # All that dynamics needs from a log; an hour of all channels would fill the memory.
 CHANNELS = (
     *("actual_q", "actual_qd", "actual_current", "target_current", "joint_temperatures"),
-    *("payload", "payload_cog", "target_moment", "actual_TCP_pose"),
+    *("payload", "payload_cog", "target_moment", "actual_TCP_pose", *STATUS),
 )
 
 Rows = tuple[int | None, int | None]

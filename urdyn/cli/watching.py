@@ -28,7 +28,7 @@ QUICKNESS = "quick enough for {:.0f} Hz"  # a rate that no stream need have
 BEHIND = 1000.0  # [ms] of latency, above which results are too late
 ASTRAY = (
     "begun anew {} times, for no arm's drives are as these currents say: is it this arm's twin, "
-    "are the currents in amperes, and is every sensor sound?"
+    "are the currents in amperes, is every sensor sound, and was it moved by hand?"
 )
 LOST = (
     "nothing is tracked since stamp {:.1f} s: {} told no angle that can be from then on; "
@@ -130,6 +130,7 @@ def _lacked(summary: dict[str, Any]) -> str:
         "repeated": f"stamps that came twice {quality['repeated']}",
         "clock_set": f"clock set {quality['clock_set']}",
         "refused": f"impossible angles or speeds {quality['refused']}",
+        "undriven": f"samples of an arm moved by hand or without power {quality['undriven']}",
         "undrawn": f"currents that no motor draws {quality['undrawn']}{unit}",
     }
     if any(" gap " in defect for defect in quality["defects"]):  # its reader has reported it

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 
 from urdyn.errors import InputError
-from urdyn.types import Array, Defect, Log
+from urdyn.types import Array, Defect, Log, Mask
 
 SENSORS = (
     "actual_q",
@@ -21,12 +22,34 @@ SENSORS = (
 # a UR turns by 6.3 rad/s.
 POSSIBLE = np.array([1e4, 30.0, 1e4, 200.0])
 
+# Channels that tell that an arm does not move itself: its mode is not RUNNING, as without power or
+# in backdrive; or a bit says that the teach button is pressed. Both as in UR's RTDE guide.
+STATUS = ("robot_mode", "robot_status_bits")
+RUNNING, TEACHING = 7, 4
+UNKNOWN = np.array(np.nan)
+
 _STATES = ("mode", "status", "state", "bits", "register", "reversal", "standstill")
 
 
 def is_state(name: str) -> bool:
     """Whether a channel holds codes or flags: between 3 and 7 there is no robot_mode 5."""
     return any(word in name for word in _STATES)
+
+
+def undriven(mode: Any, bits: Any) -> Any:
+    """Whether a hand moves the arm, or its drives have no power; numbers, or (N,); NaN: unknown.
+
+    Currents then do not tell its motion. An arm that is jogged moves itself, although no program
+    runs.
+    """
+    return (mode < RUNNING) | (mode > RUNNING) | (bits // TEACHING % 2 == 1)
+
+
+def ever_undriven(log: Log) -> Mask:
+    """Rows of a log in which it is `undriven`, (N,); none where the log does not say."""
+    told = (log.channels.get(name, UNKNOWN) for name in STATUS)
+    mode, bits = (values if values.ndim < 2 else UNKNOWN for values in told)
+    return np.broadcast_to(np.asarray(undriven(mode, bits)), len(log))
 
 
 def named(log: Log, channels: Iterable[str]) -> list[str]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from urdyn.signal.channels import noted
+from urdyn.signal.channels import ever_undriven, noted
 from urdyn.signal.stretches import median_step
 from urdyn.signal.stuck import without_stuck
 from urdyn.signal.torn import without_torn
@@ -14,12 +14,24 @@ from urdyn.types import Log
 
 
 def measured(log: Log) -> Log:
-    """The log with NaN for angles and velocities that no sensor measured, each kind counted.
+    """The log with NaN for what no sensor measured, each kind counted.
 
-    Those of a stuck sensor, and single ones that are out of reach of the rows beside them. Of rows
-    with one stamp the first is kept.
+    Angles and velocities of a stuck sensor, single ones that are out of reach of the rows beside
+    them, and currents of an arm that does not move itself. Of rows with one stamp the first is
+    kept.
     """
-    return without_torn(without_stuck(_without_repeats(log)))
+    return without_torn(without_stuck(_without_undriven(_without_repeats(log))))
+
+
+def _without_undriven(log: Log) -> Log:
+    """The log without currents where a hand moves the arm, or its drives have no power."""
+    passive = ever_undriven(log)
+    if not passive.any() or "actual_current" not in log:
+        return log
+    current = np.where(passive[:, None], np.nan, log.joint("actual_current"))
+    kind = "sample of an arm moved by hand or without power"
+    defects = noted(log, kind, int(np.count_nonzero(passive)), "taken without its currents")
+    return replace(log, channels={**log.channels, "actual_current": current}, defects=defects)
 
 
 def _without_repeats(log: Log) -> Log:

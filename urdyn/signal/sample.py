@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from urdyn.signal.channels import ever_undriven
 from urdyn.types import Array, Log, frozen
 
 # What a log may hold beside the joints: the stream that it is, and the channel.
@@ -30,6 +31,7 @@ class Sample:
     # controller's is followed by its joint angles, (n, 7 + J).
     beside: Mapping[str, Array] = field(default_factory=dict)
     setting: Array = field(default_factory=lambda: UNSET)  # (4,) of SETTING [kg, m]; NaN: not set
+    undriven: bool = False  # a hand moves the arm, or it has no power: then it has no current
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +57,13 @@ class Instant:
 
 
 def samples(log: Log) -> Iterator[Sample]:
-    """The rows of a log as they came, to replay it."""
+    """The rows of a log as they came, to replay it; of an undriven arm without currents."""
     names = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
-    rows = zip(*(log.joint(name) for name in names), strict=True)
+    q, v, current, temperature = (log.joint(name) for name in names)
+    passive = ever_undriven(log)
+    if passive.any():
+        current = np.where(passive[:, None], np.nan, current)
+    rows = zip(q, v, current, temperature, passive.tolist(), strict=True)
     streams = {
         stream: np.column_stack([log.t, log.channels[channel], *_behind(log, stream)])
         for stream, channel in BESIDE.items()
@@ -73,8 +79,9 @@ def samples(log: Log) -> Iterator[Sample]:
             temperature=warm,
             beside={s: told[k : k + 1] for s, told in streams.items()},
             setting=setting[k],
+            undriven=led,
         )
-        for k, (t, (q, v, amperes, warm)) in enumerate(zip(log.t, rows, strict=True))
+        for k, (t, (q, v, amperes, warm, led)) in enumerate(zip(log.t, rows, strict=True))
     )
 
 

@@ -19,7 +19,7 @@ NOTABLE = 1.0  # [s] of samples too sparse to track, from which on it is reporte
 class Losses:
     """Losses since the run began; J joints."""
 
-    silent: Array  # (J,) samples without a current
+    silent: Array  # (J,) samples without a current, of an arm that moves itself
     gaps: int = 0  # steps longer than GAP periods
     missing: int = 0  # samples lost in these
     longest: float = 0.0  # [s] longest time between samples
@@ -29,6 +29,7 @@ class Losses:
     sparse_s: float = 0.0  # [s] that they and the gaps took
     sparse_since: float = np.nan  # [s] stamp at which they began
     lost: int = 0  # samples that a live source did not deliver
+    undriven: int = 0  # samples of an arm moved by hand or without power
 
 
 def no_losses(joints: int) -> Losses:
@@ -58,7 +59,7 @@ def counted(
     sparse = gap and few > 0
     began = since if np.isnan(so_far.sparse_since) else so_far.sparse_since
     return Losses(
-        silent=so_far.silent + np.isnan(sample.current),
+        silent=so_far.silent + (np.isnan(sample.current) & (not sample.undriven)),
         gaps=so_far.gaps + gap,
         missing=so_far.missing + (round(dt / period) - 1 if gap else 0),
         longest=max(so_far.longest, dt) if dt > 0.0 else so_far.longest,
@@ -68,6 +69,7 @@ def counted(
         sparse_s=so_far.sparse_s + (sample.t - since if sparse else 0.0),
         sparse_since=began if sparse else so_far.sparse_since,
         lost=so_far.lost + lost,
+        undriven=so_far.undriven + sample.undriven,
     )
 
 
@@ -105,6 +107,7 @@ def as_plain(
         "clock_set": int(losses.clock_set),
         "refused": int(refused),
         "undrawn": int(undrawn),
+        "undriven": int(losses.undriven),
         "without_current": share.tolist(),
         "defects": list(defects),
     }

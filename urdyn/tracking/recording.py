@@ -21,7 +21,7 @@ from urdyn.io.frames import Words, numbers_of, words_frame, words_of
 from urdyn.io.helper import Helper
 from urdyn.io.helping import Heard, helping
 from urdyn.signal import BESIDE, POSE, SETTING, Sample, require_measured, samples
-from urdyn.signal.channels import has_velocities
+from urdyn.signal.channels import STATUS, has_velocities
 from urdyn.signal.stretches import median_step
 from urdyn.tracking.source import CHANNELS, Arrival, Rows, Source
 from urdyn.types import Array, Log
@@ -99,7 +99,7 @@ def _opened(
     """The log, and what the tracking process needs to know of it."""
     from urdyn.io import read
 
-    wanted = (*CHANNELS, *SETTING, *(BESIDE[stream] for stream in beside))
+    wanted = (*CHANNELS, *STATUS, *SETTING, *(BESIDE[stream] for stream in beside))
     log = read(Path(path), channels=(*wanted, *TOLD_BY), effort=Effort(**effort), **how)
     glimpse = _glimpse(log)
     log = replace(log, channels={n: x for n, x in log.channels.items() if n in wanted})
@@ -147,7 +147,7 @@ def _parted(numbers: Array, widths: Mapping[str, int]) -> Log:
     scalars = {
         name: named[name][:, 0]
         for name, width in widths.items()
-        if width == 1 and SETTING.get(name) == ()
+        if width == 1 and name not in CHANNELS
     }
     return Log(table[:, 0], named | scalars)
 

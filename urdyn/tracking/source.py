@@ -21,6 +21,7 @@ from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.rtde.client import Client, Connected, Dropped, connect, parse_address
 from urdyn.io.rtde.link import Package
 from urdyn.signal import BESIDE, POSE, SETTING, UNSET, Sample
+from urdyn.signal.channels import STATUS, undriven
 from urdyn.signal.stretches import GAP
 from urdyn.types import Log
 
@@ -122,7 +123,7 @@ def _robot(
 ) -> Source:
     host, port = parse_address(name)
     # Its own poses tell which arm it is, whether or not they are used as a stream.
-    asked = [*SETTING, *(BESIDE[stream] for stream in (POSE, *beside))]
+    asked = [*STATUS, *SETTING, *(BESIDE[stream] for stream in (POSE, *beside))]
     names, optional = ("timestamp", *CHANNELS, *asked), (CHANNELS[1], CHANNELS[3], *asked)
     client = connect(host, port, names, rate, optional=optional, awake=AWAKE)
     period = client.agreement.period
@@ -231,7 +232,8 @@ def _sample(values: dict[str, Any]) -> Sample:
         if six is not None
     }
     setting = np.array([values["payload"], *values["payload_cog"]]) if whole else UNSET
-    return Sample(t, q, v, current, temperature, beside, setting)
+    passive = undriven(*(values.get(name, np.nan) for name in STATUS))
+    return Sample(t, q, v, nothing if passive else current, temperature, beside, setting, passive)
 
 
 def now() -> float:

@@ -30,6 +30,7 @@ from urdyn.io.rtde.clients import Clients
 from urdyn.io.rtde.controller import Controller
 from urdyn.io.rtde.journal import Journal
 from urdyn.io.rtde.tally import Tally
+from urdyn.signal.channels import STATUS
 from urdyn.types import Log
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
@@ -99,6 +100,7 @@ def test_the_default_recipe_is_what_the_project_reads(start: Start, tmp_path: Pa
     for name in ("target_q", "target_moment", "actual_current", "actual_TCP_force", "joint_mode"):
         assert log.channels[name].shape == (len(log), 6)
     assert log.channels["payload_cog"].shape == (len(log), 3)
+    assert log.channels.keys() >= set(STATUS)
 
 
 def test_cycles_that_the_controller_skipped_are_marked(start: Start, tmp_path: Path) -> None:

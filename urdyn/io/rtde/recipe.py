@@ -23,8 +23,8 @@ DEFAULT: tuple[str, ...] = (
     *("target_q", "target_qd", "target_qdd", "target_current", "target_moment"),
     *("actual_q", "actual_qd", "actual_current", "joint_temperatures"),
     *("actual_TCP_pose", "actual_TCP_force", "actual_TCP_speed", "joint_control_output"),
-    *("speed_scaling", "robot_mode", "safety_mode", "runtime_state", "joint_mode"),
-    *("payload", "payload_cog"),
+    *("speed_scaling", "robot_mode", "robot_status_bits", "safety_mode", "runtime_state"),
+    *("joint_mode", "payload", "payload_cog"),
 )
 OPTIONAL: tuple[str, ...] = ("payload", "payload_cog")  # older controllers do not know them
 

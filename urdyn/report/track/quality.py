@@ -52,6 +52,7 @@ def _stream(summary: Mapping[str, Any], lacked: Mapping[str, Any]) -> list[list[
         "clock set": (lacked["clock_set"], "started again there"),
         "angles and speeds refused": (lacked["refused"], "impossible for this arm"),
         "currents left out": (lacked["undrawn"], "more than a motor draws"),
+        "moved by hand, or without power": (lacked["undriven"], "their currents left out"),
         "currents that stood still": (sum(lacked["stuck"]), "while their joint moved; left out"),
         "estimates reset": (lacked["restarts"], "their drive parameters were impossible"),
     }
