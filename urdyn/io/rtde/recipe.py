@@ -26,7 +26,8 @@ DEFAULT: tuple[str, ...] = (
     *("speed_scaling", "robot_mode", "robot_status_bits", "safety_mode", "runtime_state"),
     *("joint_mode", "payload", "payload_cog"),
 )
-OPTIONAL: tuple[str, ...] = ("payload", "payload_cog")  # older controllers do not know them
+# Older controllers do not know them.
+OPTIONAL: tuple[str, ...] = ("payload", "payload_cog", "robot_status_bits")
 
 
 @dataclass(frozen=True)
