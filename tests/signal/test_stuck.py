@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from streams import log_of, play, swing
 
-from urdyn.signal import Causal, condition, stream
-from urdyn.signal.stuck import APART, OFFSET, ROWS, ever_stuck
+from urdyn.signal import Causal, condition, samples, stream
+from urdyn.signal.stuck import APART, OFFSET, ROWS, ever_stuck, stuck
 
 RATES = (20.0, 50.0, 100.0, 125.0, 250.0, 500.0)
 ANGLE, SPEED = 0, 1
@@ -82,6 +82,40 @@ def test_a_recorder_that_repeats_rows_is_not_read_between_them() -> None:
     assert not ill[::25].any()
 
 
+def resting(rate: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Joints that swing, and come to rest at 2 s."""
+    t = np.arange(0.0, 4.0, 1.0 / rate)
+    size, omega = np.array([0.2, 0.5, 1.0]), np.pi * np.array([1.0, 2.0, 1.0])
+    phase = omega * np.minimum(t, 2.0)[:, None]
+    return t, np.round(size * np.cos(phase), 5), -size * omega * np.sin(phase)
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("off", [0.05, -0.3])
+def test_a_velocity_that_is_off_in_motion_condemns_no_joint_that_comes_to_rest(
+    rate: float, off: float
+) -> None:
+    t, q, v = resting(rate)
+    v[:, 1] += off
+    assert not ever_stuck(t, q, v).any()
+
+
+@pytest.mark.parametrize("rate", RATES)
+def test_a_velocity_that_is_stuck_is_no_witness_that_a_resting_joint_moves(rate: float) -> None:
+    t, q, v = resting(rate)
+    v[t >= 1.0, 1] = v[np.searchsorted(t, 1.0), 1]
+    ill = ever_stuck(t, q, v)
+    assert ill[-1, SPEED, 1] and not np.delete(ill.reshape(len(t), -1), 3 + 1, axis=1).any()
+
+
+@pytest.mark.parametrize("rate", RATES[1:])
+def test_an_angle_that_sticks_at_rest_is_found_once_its_joint_goes_on_slowly(rate: float) -> None:
+    t, q, v = resting(rate)
+    v[t >= 3.0, 1] = 0.1 * (t[t >= 3.0] - 3.0)  # [rad/s]
+    ill = ever_stuck(t, q, v)
+    assert ill[-1, ANGLE, 1] and not np.delete(ill.reshape(len(t), -1), 1, axis=1).any()
+
+
 @pytest.mark.parametrize("rate", RATES[1:])  # at 20 Hz a window is shorter than what it takes
 @pytest.mark.parametrize("sensor", [ANGLE, SPEED])
 def test_live_and_at_once_know_of_the_same_rows(rate: float, sensor: int) -> None:
@@ -96,6 +130,21 @@ def test_live_and_at_once_know_of_the_same_rows(rate: float, sensor: int) -> Non
     assert np.array_equal(unknown, np.isnan(motion.q[at]))
     assert unknown[:, 1].any() == (sensor == ANGLE)
     assert not np.delete(unknown, 1, axis=1).any()
+
+
+def test_live_and_at_once_know_alike_by_how_much_a_velocity_was_off() -> None:
+    t, q, v = resting(100.0)
+    v[:, 1] += 0.05
+    v[t >= 3.0, :2] += 0.1 * (t[t >= 3.0, None] - 3.0)  # both angles are stuck from then on
+    twin, ill, live = Causal(0.01, gate=None), ever_stuck(t, q, v), []
+    state = twin.init(3)
+    for sample in samples(log_of(t, q, v)):
+        state, _ = twin.step(state, sample)
+        live.append(stuck(state.held))
+    first = np.argmax(live, axis=0)
+    assert first[ANGLE, 0] > 300 and first[ANGLE, 1] > 300
+    assert all(ill[k, ANGLE, j] for j in (0, 1) for k in range(first[ANGLE, j], len(t)))
+    assert np.array_equal(live[-1], ill[-1])
 
 
 def test_a_stream_of_motion_has_the_same_numbers_at_once() -> None:
