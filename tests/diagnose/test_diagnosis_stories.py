@@ -93,7 +93,8 @@ def test_what_wore_before_the_run_is_found_and_said_to_be_older(shop: Shop) -> N
     assert (finding.kind, finding.joint, finding.older) == ("friction_increase", 2, True)
     more = shop.grown(log, 2, 0.5, 0.5, 0.0)  # all but what grows with the load
     assert 0.4 < more < 0.5 and abs(finding.size - more) < 3.0 * finding.size_sd < 0.25
-    assert "the start of the run or before" in finding.text
+    by = finding.onset_interval_s[1]
+    assert by < log.t[0] + 15.0 and f"since stamp {by:.1f} s or before" in finding.text
 
 
 @pytest.mark.parametrize(

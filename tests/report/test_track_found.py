@@ -126,6 +126,12 @@ def test_what_too_little_was_seen_of_is_neither_well_nor_steady(history):
     assert "not judged" in rows[0] and "steady" not in rows[0]
 
 
+def test_of_what_may_be_older_than_the_run_the_page_says_by_when_it_was_there(history):
+    html = page(history, replace(growing(), older=True))
+    assert "since 34.0 s or before" in said(html, "headline")
+    assert "<td>34.0 s or before</td>" in html.replace("\u00a0", " ")
+
+
 def test_the_health_of_what_was_not_seen_is_not_told(history):
     seen = diagnosed(growing(), judged=(False, True))
     told = part(track_page(History((history,)), summary(**seen)), "Forecast")

@@ -37,7 +37,9 @@ class Finding:
     evidence: Mapping[str, Any] = field(default_factory=dict)
     acknowledged: bool = False
     forecast: Mapping[str, Any] | None = None  # `Course.forecast`; None: no trend is established
-    older: bool = False  # it may have begun before the run; then onset_s is when it was first seen
+    # It may have begun before the run: then onset_s, and the lower end of its interval, are when it
+    # could first be seen.
+    older: bool = False
     gone: bool = False  # nothing is left of it: it was repaired, or passed
 
     @property

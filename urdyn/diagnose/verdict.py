@@ -52,7 +52,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         evidence |= _payload(change.detail)
     name, onset = _name(suspect, space), change.onset
     unsure = _unsure(suspect, size, sd)
-    text = _said(kind, name, size, unsure, _since(onset, change.older))
+    text = _said(kind, name, size, unsure, _since(onset, change.began, change.older))
     return Finding(
         id=identity(suspect, space) + (f"@{onset:.1f}" if kind.of_tool else ""),
         kind=kind.finding_kind,
@@ -143,7 +143,8 @@ def grown(old: Finding, suspect: Suspect, series: Series, now: float, strays: fl
     if course and forecast:
         size, sd = course.size, course.size_sd
     unsure, at = _unsure(suspect, size, sd), f" at stamp {now:.1f} s," if forecast else ""
-    text = _said(kind, old.name, size, unsure, _since(old.onset_s, old.older), at)
+    since = _since(old.onset_s, old.onset_interval_s, old.older)
+    text = _said(kind, old.name, size, unsure, since, at)
     gone = _gone(old, suspect, series)
     new = replace(
         old,
@@ -241,5 +242,6 @@ def _likewise(kind: SlowKind) -> str:
     return f"; {kind.looks_like} looks the same" if kind.looks_like else ""
 
 
-def _since(onset: float, older: bool) -> str:
-    return "the start of the run or before" if older else f"stamp {onset:.1f} s"
+def _since(onset: float, began: tuple[float, float], older: bool) -> str:
+    """Since when it is there; of one that may be older than the run, by when it was."""
+    return f"stamp {began[1]:.1f} s or before" if older else f"stamp {onset:.1f} s"

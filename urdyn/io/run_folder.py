@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypedDict
 
 HISTORY, PARTS = "history.parquet", "history.parts"  # whole, or of a run in progress
@@ -19,6 +19,7 @@ class Entry(TypedDict):
     joint: int | None  # from 0; None: the tool
     name: str
     onset_s: float
+    onset_interval_s: Sequence[float]
     severity: str  # of SEVERITIES
     confidence: float  # [-]
     time_to_failure_s: Mapping[str, float] | None  # median, lo, hi

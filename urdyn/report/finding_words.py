@@ -10,7 +10,6 @@ from urdyn.io.spans import Clock, span_of
 from urdyn.report.digits import interval90, number, percent
 from urdyn.report.names import spoken
 
-BEFORE = "the start of the run or before"
 UNJUDGED = "not judged"
 KINDS = {
     "friction_increase": "friction increase",
@@ -34,8 +33,8 @@ def kind(finding: Mapping[str, Any]) -> str:
 def when(finding: Mapping[str, Any], start: float, time: Clock) -> str:
     """Since when it is there, or when it was and for how long; `start` is the first stamp [s]."""
     evidence, began = finding["evidence"], finding["onset_s"] - start
-    if finding["older"] or began < 0.0:
-        since = f"since {BEFORE}"
+    if before(finding, start):
+        since = f"since {by(finding, start, time)}"
     elif over(finding):
         since = f"at {time(began)}"
     else:
@@ -49,6 +48,16 @@ def when(finding: Mapping[str, Any], start: float, time: Clock) -> str:
             return f"{since}, until {ended}"
         lasted = evidence["until_s"] - finding["onset_s"]
     return since if lasted is None else f"{since} for {number(lasted)} s"
+
+
+def before(finding: Mapping[str, Any], start: float) -> bool:
+    """Whether it may have begun before the run, whose first stamp is `start` [s]."""
+    return bool(finding["older"] or finding["onset_s"] < start)
+
+
+def by(finding: Mapping[str, Any], start: float, time: Clock) -> str:
+    """By when one that may have begun before the run was there: the end of its interval."""
+    return f"{time(max(finding['onset_interval_s'][1] - start, 0.0))} or before"
 
 
 def left(finding: Mapping[str, Any]) -> str:

@@ -18,7 +18,8 @@ from urdyn.report.track.change import LEVELS, Levels
 RANKS = {name: 1.0 + k for k, name in enumerate(SEVERITIES)}  # any other word is lower
 DUE = ("now", "later")  # recommendations where a service pays
 LEFT = ("median", "lo", "hi")
-TOLD = ("kind", "joint", "name", "onset_s", "severity", "confidence", "acknowledged", "gone")
+WHEN = ("onset_s", "onset_interval_s", "older")
+TOLD = ("kind", "joint", "name", *WHEN, "severity", "confidence", "acknowledged", "gone")
 LASTING = ("duration_s", "until_s")  # of the evidence, shown in a list of many
 DAMAGE = (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError)
 
@@ -95,6 +96,7 @@ def _whole(entry: Mapping[str, Any], joints: Sequence[str]) -> Entry:
     if joint is not None and not 0 <= int(joint) < len(joints):
         raise ValueError(f"joint {joint} of {len(joints)}")
     name = "" if joint is None else joints[int(joint)]
+    begin, end = entry.get("onset_interval_s", 2 * [entry["onset_s"]])
     evidence = entry.get("evidence")
     said = evidence if isinstance(evidence, Mapping) else {}
     return {
@@ -102,6 +104,7 @@ def _whole(entry: Mapping[str, Any], joints: Sequence[str]) -> Entry:
         "joint": None if joint is None else int(joint),
         "name": str(entry.get("name", name)),
         "onset_s": _finite(entry["onset_s"]),
+        "onset_interval_s": [_finite(begin), _finite(end)],
         "severity": str(entry["severity"]),
         "confidence": _finite(entry["confidence"]),
         "time_to_failure_s": left and {end: _time(left[end]) for end in LEFT},

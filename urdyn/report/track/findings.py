@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from urdyn.io.spans import Clock
 from urdyn.report.canvas import BAND, OURS, band, figure, line, rule, shade
 from urdyn.report.digits import fixed, number, percent
-from urdyn.report.finding_words import BEFORE, factor, kind, left, size, unit
+from urdyn.report.finding_words import before, by, factor, kind, left, size, unit
 from urdyn.report.findings import RANKS, gravity, ranked
 from urdyn.report.markup import Html, cell, grid, paragraph, plot, section, table, tag, text
 from urdyn.report.names import spoken
@@ -70,8 +70,8 @@ def _row(finding: Mapping[str, Any], clock: Clock, start: float) -> list[Html]:
 
 def _since(finding: Mapping[str, Any], clock: Clock, start: float) -> Html:
     """When it began, and its interval; for a push, how long it lasted."""
-    if finding["older"] or finding["onset_s"] < start:
-        return text(BEFORE)
+    if before(finding, start):
+        return text(by(finding, start, clock))
     began, lasted = clock(finding["onset_s"] - start), finding["evidence"].get("duration_s")
     if lasted is not None:
         return cell(began, f"for {number(lasted)} s; stamp {fixed(finding['onset_s'], 2)} s")
