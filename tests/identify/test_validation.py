@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfiltfilt
 from scipy.stats import binom
 
 from urdyn.cli.verdict import verdict
@@ -260,6 +261,15 @@ def test_a_log_without_currents_is_told_so(all_knowing: Fit, noisy: Log) -> None
     said = "no channel actual_current; there is actual_q, actual_qd: name the columns or record it"
     with pytest.raises(UrdynError, match=said):
         validate(all_knowing, Log(noisy.t, kept))
+
+
+def test_what_a_filter_left_is_no_floor_of_a_sensor(all_knowing: Fit, noisy: Log) -> None:
+    low_pass = butter(8, 3.0, fs=1.0 / np.median(np.diff(noisy.t)), output="sos")
+    through = sosfiltfilt(low_pass, noisy.joint("actual_current"), axis=0)
+    filtered = replace(noisy, channels={**noisy.channels, "actual_current": through})
+    scores = [validate(all_knowing, each) for each in (noisy, filtered)]
+    assert np.isfinite(scores[0].floor_percent).all() and np.isnan(scores[1].floor_percent).all()
+    assert np.isfinite(scores[1].rre_percent).all()
 
 
 @pytest.mark.filterwarnings("error")

@@ -57,6 +57,11 @@ def common_band(motions: Sequence[Motion]) -> Band:
     return Band(every, edge) if every > 1 else EVERYTHING
 
 
+def low_passed(motion: Motion) -> bool:
+    """Whether its currents lack so much of their upper band that half of the samples hold all."""
+    return 2.0 * _edge_of(motion) <= CARRIED
+
+
 def _edge_of(motion: Motion) -> float:
     """The highest frequency in a motion's currents, as a share of the Nyquist frequency."""
     edges = [0, *motion.breaks, len(motion)]

@@ -16,6 +16,7 @@ from scipy.stats import t as student
 
 from urdyn.errors import LogError
 from urdyn.given import given_log
+from urdyn.identify.band import low_passed
 from urdyn.identify.design import SETTLED
 from urdyn.identify.enough import dead, too_few
 from urdyn.identify.fit import Fit, Fitted, fit_in
@@ -37,7 +38,8 @@ class Score:
     rre_percent: Array  # (J,) 100 |i - i_predicted| / |i|
     rmse: Array  # (J,) [A]
     target_rre_percent: Array  # (J,) the same for the controller's own target_current
-    floor_percent: Array  # (J,) share of the measured current above FLOOR_BAND
+    # (J,) share of the measured current above FLOOR_BAND; NaN where that was filtered out.
+    floor_percent: Array
     moves: Mask  # (N, J) rows with a current in which the joint moves and its friction is known
     standing: Array  # (J,) share of the rows with a current in which it stands [-]
     moving_rre_percent: Array  # (J,) rre_percent of the rows in `moves`
@@ -66,6 +68,7 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
     predicted = fit.dynamics.current(motion)
     error = motion.current - predicted
     target_error = motion.current - log.joint("target_current")
+    floor = np.nan if low_passed(motion) else noise_floor(log.t, motion.current)
     told = np.isfinite(error)
     slides = told & (np.abs(motion.v) > STANDSTILL)
     moves = slides & _known(fit.dynamics, motion)
@@ -76,7 +79,7 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
         rre_percent=_percent(error, motion.current),
         rmse=_rms(error),
         target_rre_percent=_percent(target_error, motion.current),
-        floor_percent=_percent_of(noise_floor(log.t, motion.current), _rms(motion.current)),
+        floor_percent=_percent_of(floor, _rms(motion.current)),
         moves=moves,
         standing=1.0 - _share(slides, told),
         moving_rre_percent=_percent(moving_error, motion.current),
@@ -158,7 +161,7 @@ def _percent(error: Array, current: Array) -> Array:
     return _percent_of(_norm(error), _norm(np.where(np.isfinite(error), current, np.nan)))
 
 
-def _percent_of(part: Array, whole: Array) -> Array:
+def _percent_of(part: Array | float, whole: Array) -> Array:
     """Percentage; NaN where the whole is 0."""
     return np.asarray(100.0 * part / np.where(whole > 0.0, whole, np.nan))
 
