@@ -12,6 +12,7 @@ from urdyn.errors import LogError
 from urdyn.io import read
 from urdyn.io.effort import Effort
 from urdyn.signal import condition
+from urdyn.signal.misplaced import misplaced
 from urdyn.signal.units import DEGREES, ENOUGH, EXCHANGED, ROWS, STAMPS, unfilled, wrong_unit
 from urdyn.types import Log
 
@@ -28,6 +29,19 @@ def moved(rate: float = 100.0, seconds: float = 8.0) -> Log:
         "actual_q": q + 2e-5 * rng.standard_normal(q.shape),
         "actual_qd": v + 3e-3 * rng.standard_normal(v.shape),
         "actual_current": rng.standard_normal(q.shape),
+    }
+    return Log(1000.0 + t, channels)
+
+
+def six(rate: float) -> Log:
+    """Six joints that swing, each at its own pace, but for the last, which stands."""
+    rng, t = np.random.default_rng(1), np.arange(0.0, 8.0, 1.0 / rate)
+    size, omega = np.array([1.0, 0.7, 0.5, 0.4, 0.3, 0.0]), np.array([0.5, 0.7, 1.1, 1.7, 2.3, 1.0])
+    phase = omega * t[:, None] + np.arange(6)
+    channels = {
+        "actual_q": size * np.sin(phase) + 2e-5 * rng.standard_normal(phase.shape),
+        "actual_qd": size * omega * np.cos(phase) + 3e-3 * rng.standard_normal(phase.shape),
+        "actual_current": rng.standard_normal(phase.shape),
     }
     return Log(1000.0 + t, channels)
 
@@ -129,6 +143,48 @@ def test_a_log_in_degrees_is_refused_in_one_line(of: str, asked: str) -> None:
         condition(in_degrees(log, of))
 
 
+@pytest.mark.parametrize("rate", [10.0, 125.0])
+def test_velocities_of_the_opposite_sign_are_told_of_each_joint(rate: float) -> None:
+    log = six(rate)
+    assert not misplaced(log)
+    for joints, which in ((slice(6), "0, 1, 2, 3, 4"), ([2], "2"), ([1, 4], "1, 4")):
+        turned = log.channels["actual_qd"].copy()
+        turned[:, joints] *= -1.0
+        with pytest.raises(LogError, match=f"against .* joints {which}: change their sign"):
+            condition(replace(log, channels=log.channels | {"actual_qd": turned}))
+
+
+@pytest.mark.parametrize("order", [[2, 1, 0, 3, 4, 5], [1, 2, 0, 3, 4, 5], [0, 1, 2, 3, 5, 4]])
+def test_velocities_in_the_columns_of_other_joints_are_told(order: list[int]) -> None:
+    log = six(100.0)
+    which = ", ".join(str(j) for j in range(6) if order[j] not in (j, 5))  # the last stands
+    swapped = log.channels["actual_qd"][:, order]
+    with pytest.raises(LogError, match=f"joints {which} fit the angles of others: exch"):
+        condition(replace(log, channels=log.channels | {"actual_qd": swapped}))
+
+
+@pytest.mark.parametrize("spoilt", ["noisy", "late", "rounded", "stuck", "off", "torn", "a third"])
+def test_a_poor_velocity_is_not_misplaced(spoilt: str) -> None:
+    log, rng = six(100.0), np.random.default_rng(4)
+    v, q = log.channels["actual_qd"].copy(), log.channels["actual_q"].copy()
+    match spoilt:
+        case "noisy":
+            v += 0.1 * rng.standard_normal(v.shape)
+        case "late":
+            v = np.roll(v, 20, axis=0)
+        case "rounded":
+            v, q = np.round(v, 1), np.round(q, 3)
+        case "stuck":
+            v[100:, :2], q[100:, 3] = v[100, :2], q[100, 3]
+        case "off":
+            v += 0.05
+        case "torn":
+            v[::7] = rng.standard_normal(v[::7].shape)
+        case "a third":
+            v *= 1.3
+    assert not misplaced(replace(log, channels=log.channels | {"actual_qd": v, "actual_q": q}))
+
+
 def test_real_recordings_are_in_si(recordings: Path) -> None:
     """And would be refused in anything else, but for those of an arm that stands."""
     logs = {path.stem: read(path, columns=UR10E) for path in recordings.glob("ur10e*/*.csv")}
@@ -142,3 +198,8 @@ def test_real_recordings_are_in_si(recordings: Path) -> None:
         told = wrong_unit(in_degrees(log, "velocities"))
         assert told == ("" if name in STAND else "velocities"), name
         assert wrong_unit(exchanged(log)) == ("" if name in STAND else EXCHANGED), name
+        assert not misplaced(log), name
+        v = log.joint("actual_qd")
+        for other in (-v, np.roll(v, 1, axis=1)):
+            spoilt = replace(log, channels=log.channels | {"actual_qd": other})
+            assert bool(misplaced(spoilt)) == (name not in STAND), name

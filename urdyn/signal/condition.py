@@ -15,6 +15,7 @@ from urdyn.given import given_count, given_log
 from urdyn.signal.channels import POSSIBLE, has_velocities
 from urdyn.signal.kinematics import kinematics
 from urdyn.signal.measured import measured
+from urdyn.signal.misplaced import misplaced
 from urdyn.signal.polynomial import LocalPolynomial, half_window, instrument_half
 from urdyn.signal.shifts import SHAKEN, jumps, without_turns
 from urdyn.signal.stretches import breaks, is_even, median_step
@@ -183,6 +184,8 @@ def require_measured(log: Log, names: Collection[str] = ("actual_q", "actual_cur
     if unit := wrong_unit(log):
         message, column = complaint(unit)
         raise LogError(message, log.source.path, column=column)
+    if message := misplaced(log):
+        raise LogError(message, log.source.path, column="actual_qd")
 
 
 def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Settled:

@@ -35,11 +35,9 @@ def wrong_unit(log: Log) -> str:
     if not {"actual_q", "actual_qd"} <= set(log.channels):
         return ""
     q, v = log.joint("actual_q"), log.joint("actual_qd")
-    most = _middle(*_shares(log.t, q, v))
+    most = quartiles(log.t, q, v)
     if not (most > 0.0).all():
-        turned = _middle(*_shares(log.t, v, q))
-        agree = (turned > 0.0).all() and np.abs(np.log10(turned)).max() < DECADES
-        return EXCHANGED if agree else ""
+        return EXCHANGED if near_one(quartiles(log.t, v, q), DECADES) else ""
     decades_of_ms = np.abs(np.log10(most / STAMPS["milliseconds"])).min()
     if (np.diff(log.t) == 1.0).all() and (most < 10.0**-DECADES).all() and decades_of_ms > EXACT:
         return ROWS
@@ -75,6 +73,22 @@ def complaint(unit: str) -> tuple[str, str]:
     )
 
 
+def near_one(shares: Array, decades: float) -> bool:
+    """Whether all shares [-] are above 0, and within so many decades of 1."""
+    return bool((shares > 0.0).all() and np.abs(np.log10(shares)).max() < decades)
+
+
+def quartiles(t: Array, q: Array, v: Array) -> Array:
+    """Quartiles of angle steps over velocity times time, (2,) [-]; 0 where too little moves.
+
+    Args:
+        t: stamps (N,), of any unit.
+        q: angles (N, J) [rad].
+        v: velocities (N, J) [rad/s].
+    """
+    return _middle(*_shares(t, q, v))
+
+
 def _middle(shares: Array, ways: Array) -> Array:
     """Quartiles of the shares [-], (2,), weighted by displacement [rad]; 0 where too few count."""
     part = ways / max(ways.max(initial=0.0), TINY)
@@ -87,13 +101,7 @@ def _middle(shares: Array, ways: Array) -> Array:
 
 
 def _shares(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
-    """Angle step over velocity times time [-], where joints move, and the latter, (k,) [rad].
-
-    Args:
-        t: stamps (N,), of any unit.
-        q: angles (N, J) [rad].
-        v: velocities (N, J) [rad/s].
-    """
+    """Angle step over velocity times time [-], where joints move, and the latter, (k,) [rad]."""
     k = np.arange(0, len(t) - 1, 1 + len(t) // MANY)
     dt, shares, ways = t[k + 1] - t[k], [np.zeros(0)], [np.zeros(0)]
     near = dt <= GAP * np.median(dt) if len(dt) else dt > 0.0
