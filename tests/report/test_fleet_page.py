@@ -398,6 +398,7 @@ def test_the_json_says_what_the_page_says(folders):
         "lo": DAY / 2,
         "hi": 2 * DAY,
     }
+    assert f"{first['history_s']:.0f} s of history" in shown(folders).replace("\u00a0", " ")
     assert weak["joints"][1]["health"] == pytest.approx(0.7)
     assert not weak["joints"][1]["health_steady"] and weak["joints"][0]["health_steady"]
 

@@ -36,7 +36,7 @@ class Robot:
     folder: Path
     joints: tuple[str, ...]  # base first
     start: float  # [s] first stamp
-    span: float  # [s] of data
+    span: float  # [s] of history: from its first row to its last
     surprise: float  # [-] squared innovation per current, 1 expected; NaN: none was compared
     source: str  # that was tracked; "" where not known yet
     finished: bool
@@ -227,7 +227,7 @@ def _told(robot: Robot) -> dict[str, Any]:
         "finished": robot.finished,
         "stale": robot.stale,
         "age_s": robot.age,
-        "data_s": robot.span,
+        "history_s": robot.span,
         "surprise": plain(surprise),
         "health_index": robot.arm and robot.arm["health_index"],
         "horizon_h": robot.arm and robot.arm["horizon_h"],

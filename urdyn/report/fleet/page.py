@@ -139,7 +139,7 @@ def _told(robot: Robot) -> str:
 def _facts(robot: Robot) -> Html:
     surprise = number(robot.surprise) if np.isfinite(robot.surprise) else "not compared"
     facts = [
-        f"{robot.clock(robot.span)} of data",
+        f"{robot.clock(robot.span)} of history",
         f"surprise {surprise}",
         *([f"health index {lasting(robot.arm)}"] if robot.arm else []),
         f"written {_date(robot.written)}",
