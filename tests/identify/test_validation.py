@@ -312,6 +312,12 @@ def test_a_log_in_other_units_or_of_another_arm_is_no_log_of_this_one(
             judge(identified, log)
 
 
+def test_currents_of_the_opposite_sign_are_doubted_as_that(all_knowing: Fit, noisy: Log) -> None:
+    reversed_ = {**noisy.channels, "actual_current": -noisy.joint("actual_current")}
+    doubt = another(all_knowing, [validate(all_knowing, Log(noisy.t, reversed_))])
+    assert doubt.startswith("In 6 of 6 joints") and doubt.endswith("or of the opposite sign")
+
+
 def test_one_joint_whose_columns_are_anothers_is_doubted_by_name(
     all_knowing: Fit, noisy: Log
 ) -> None:

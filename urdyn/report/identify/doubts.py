@@ -58,8 +58,7 @@ def doubts(fit: Fit, scores: Sequence[Score]) -> list[str]:
         *skewed(fit),
         *unmeasured(fit, scores),
         *misnamed(fit, scores),
-        *unexplained(fit, scores),
-        *picked(fit, scores),
+        *(unexplained(fit, scores) or picked(fit, scores)),  # a load is sought by a model that fits
         *unlike(fit),
     ]
 
@@ -75,7 +74,8 @@ def another(fit: Fit, scores: Sequence[Score]) -> str:
         return STRANGE.format(_named(fit, short))
     return (
         f"In {count} of {told} joints intervals for 90 % of the currents hold less than half of "
-        f"that: this is not this arm's twin, or the arm carried something, or currents are not in A"
+        "that: this is not this arm's twin, or the arm carried something, or currents are not in "
+        "A, or of the opposite sign"
     )
 
 
