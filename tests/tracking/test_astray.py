@@ -119,7 +119,7 @@ def ended(**of):
         "samples": 1000, "data_s": 200.0, "rate_hz": 900.0, "payload_changes": [],
         "latency_ms": {"p99": 2.0},
         "quality": as_plain(no_losses(6), 0, 0, (), 1)
-        | {"restarts": 0, "stuck": [], "lost": None, "too_sparse": None},
+        | {"restarts": 0, "stuck": [], "frozen": [], "lost": None, "too_sparse": None},
         "mode": "full", "quantities": {"joints": []},
         "final": {"payload.mass": {"mean": 1.0, "sd": 0.1}},
     } | of  # fmt: skip

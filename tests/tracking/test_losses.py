@@ -149,6 +149,23 @@ def test_a_current_that_stays_while_its_joint_moves_is_counted(workshop, tmp_pat
     assert f"currents of shoulder_lift_joint that stay while it moves {counts[1]}" in said
 
 
+def test_a_velocity_that_stays_while_its_joint_moves_is_counted_and_since_when(workshop, tmp_path):
+    source = changed(workshop, tmp_path / "a.parquet", actual_qd=(slice(200, None), 1))
+    summary = workshop.track(tmp_path / "out", source)
+    [frozen] = summary["quality"]["frozen"]
+    assert frozen["joint"] == "shoulder_lift_joint" and summary["quality"]["refused"] == 0
+    # A row of evidence takes 0.02 rad/s, and its first is the first that is left out.
+    late = np.abs(
+        workshop.log.channels["actual_qd"][:, 1] - workshop.log.channels["actual_qd"][200, 1]
+    )
+    begins = workshop.log.t[200 + np.argmax(late[200:] > 0.03)]
+    assert workshop.log.t[200] <= frozen["since"] <= begins
+    assert 0.9 * np.count_nonzero(workshop.log.t > frozen["since"]) <= frozen["samples"]
+    assert f"speed of shoulder_lift_joint that stays while it moves {frozen['samples']}, since" in (
+        verdict(summary)
+    )
+
+
 def test_a_joint_without_any_current_lacks_all_of_it(workshop, tmp_path):
     channels = {name: x.copy() for name, x in workshop.log.channels.items()}
     channels["actual_current"][:, 3] = np.nan

@@ -34,6 +34,7 @@ LOST = (
     "nothing is tracked since stamp {:.1f} s: {} told no angle that can be from then on; "
     "see to the sensor, or to the recorder"
 )
+FROZEN = "speed of {joint} that stays while it moves {samples}, since stamp {since:.1f} s"
 SPARSE = (
     "nothing is tracked for {for_s:.1f} s, the first from stamp {since:.1f} s on: samples came "
     "{step_s:.3g} s apart there, and the period of this run is {period_s:.3g} s; see to it that a "
@@ -137,6 +138,7 @@ def _lacked(summary: dict[str, Any]) -> str:
         del counts["gaps"]
     told = [text for name, text in counts.items() if quality[name]] + quality["defects"]
     told += _stuck(quality["stuck"], summary)
+    told += [FROZEN.format(**joint) for joint in quality["frozen"]]
     if (share := max(quality["without_current"])) > SILENT:
         told.append(f"of a joint's currents up to {number(100.0 * share)} % missing")
     return f"\nthe stream was not whole: {'; '.join(told)}" if told else ""

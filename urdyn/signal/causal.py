@@ -35,9 +35,11 @@ class CausalState:
     angles: Array  # (n, J) [rad] q as they came, for the gate first refuses a zero that jumps
     departures: Array  # (n, 2, J) of q and v from their prediction [rad, rad/s]
     held: Held
+    frozen: Array  # (J,) velocities left out, of sensors that were stuck
+    frozen_since: Array  # (J,) [s] the first time that one was; NaN: never
     restarts: int = 0  # gaps and clocks set back: the window began anew
     repeats: int = 0  # samples with the stamp of the one before, left out
-    refused: int = 0  # values that the gate marked as not measured
+    refused: int = 0  # other values that were marked as not measured
     jumped: Leap = NEVER  # the last jump of a zero
     clean: int = 0  # newest samples that lack nothing, each a period after the one before
 
@@ -81,7 +83,8 @@ class Causal:
         """Nothing seen yet."""
         rows, angles, departures = (np.empty((0, *of, joints)) for of in ((4,), (), (2,)))
         nothing = nothing_held(-np.inf, np.full((2, joints), np.nan))
-        return CausalState(np.empty(0), rows, angles, departures, nothing)
+        never = np.zeros(joints), np.full(joints, np.nan)
+        return CausalState(np.empty(0), rows, angles, departures, nothing, *never)
 
     def step(self, state: CausalState, sample: Sample) -> tuple[CausalState, Instant | None]:
         """One sample on; an instant once the window is full. InputError for one of other joints."""
@@ -128,10 +131,14 @@ class Causal:
         clean = 0 if lacks or abs(dt - self.period) > EVEN * self.period else state.clean + 1
         stamps = np.concatenate([state.t[keep], [t]])
         rows = np.concatenate([state.rows[keep], row[None]])
+        frozen, since = state.frozen, state.frozen_since
         if np.count_nonzero(ill := stuck(held)):
             clean = 0
             none = ill & (stamps[:, None, None] > held.since)
-            refused += int(np.count_nonzero(none & np.isfinite(rows[:, :2])))
+            angle, velocity = (none & np.isfinite(rows[:, :2])).sum(axis=0)
+            refused += int(angle.sum())
+            frozen = frozen + velocity
+            since = np.where(ill[1], np.fmin(since, held.since[1]), since)
             rows[:, :2][none] = np.nan
             angles[none[:, 0]] = np.nan
         return CausalState(
@@ -140,6 +147,8 @@ class Causal:
             angles,
             np.concatenate([state.departures[keep], departure[None]]),
             held,
+            frozen,
+            since,
             state.restarts,
             state.repeats,
             state.refused + refused,
@@ -237,4 +246,5 @@ def _restart(state: CausalState, t: float, row: Array) -> CausalState:
     unknown = np.full_like(row[None, :2], np.nan)
     again = state.restarts + (len(state.t) > 0)
     window = np.array([t]), row[None], row[None, 0], unknown, nothing_held(t, row[:2])
-    return CausalState(*window, again, state.repeats, state.refused)
+    frozen = state.frozen, state.frozen_since
+    return CausalState(*window, *frozen, again, state.repeats, state.refused)

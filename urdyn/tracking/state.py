@@ -69,7 +69,12 @@ def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S
     """The state as at `first`, except for counts over the whole run."""
     return replace(
         first,
-        causal=replace(first.causal, refused=state.causal.refused),
+        causal=replace(
+            first.causal,
+            refused=state.causal.refused,
+            frozen=state.causal.frozen,
+            frozen_since=state.causal.frozen_since,
+        ),
         stuck=state.stuck,
         undrawn=state.undrawn,
         restarts=state.restarts,

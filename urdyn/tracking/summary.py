@@ -57,11 +57,19 @@ def quality(tracker: Tracker[S], source: Source, at: Checkpoint[S]) -> dict[str,
     lacked = as_plain(at.losses, *counts, source.defects, at.index)
     return lacked | {
         "stuck": at.state.stuck.astype(int).tolist(),
+        "frozen": _frozen(tracker, at),
         "lost": _lost(tracker, at),
         "too_sparse": too_sparse(at.losses, source.period),
         "restarts": int(at.state.restarts),
         "compared": at.interest.samples.astype(int).tolist(),
     }
+
+
+def _frozen(tracker: Tracker[S], at: Checkpoint[S]) -> list[dict[str, Any]]:
+    """Joints whose velocity was stuck while they moved: how many samples, and since when [s]."""
+    names, causal = tracker.fit.dynamics.arm.joint_names, at.state.causal
+    rows = zip(names, causal.frozen, causal.frozen_since, strict=True)
+    return [{"joint": name, "samples": int(n), "since": float(t)} for name, n, t in rows if n]
 
 
 def _lost(tracker: Tracker[S], at: Checkpoint[S]) -> dict[str, Any] | None:

@@ -53,6 +53,10 @@ def _stream(summary: Mapping[str, Any], lacked: Mapping[str, Any]) -> list[list[
         "angles and speeds refused": (lacked["refused"], "impossible for this arm"),
         "currents left out": (lacked["undrawn"], "more than a motor draws"),
         "moved by hand, or without power": (lacked["undriven"], "their currents left out"),
+        "speeds that stood still": (
+            sum(joint["samples"] for joint in lacked["frozen"]),
+            "while their joint moved; angles alone were used",
+        ),
         "currents that stood still": (sum(lacked["stuck"]), "while their joint moved; left out"),
         "estimates reset": (lacked["restarts"], "their drive parameters were impossible"),
     }
