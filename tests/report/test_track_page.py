@@ -159,6 +159,11 @@ def test_a_payload_within_its_interval_is_not_told_from_none(tmp_path):
     assert "cannot be distinguished from none: 0.05 ± 0.16 kg" in said
 
 
+def test_a_payload_that_the_motion_does_not_tell_is_no_headline(quiet):
+    said = headline(track_page(History((quiet,)), summary(payload_known=False)))
+    assert "This motion says too little of the payload." in said and "2.00" not in said
+
+
 @pytest.mark.parametrize(
     ("off", "known", "words"),
     [

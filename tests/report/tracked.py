@@ -72,7 +72,8 @@ def summary(**changed: object) -> dict[str, object]:
     return {
         "robot": "ur5e", "samples": ROWS, "data_s": 60.0, "wall_s": 6.0, "rate_hz": 1000.0,
         "latency_ms": {"p50": 1.0, "p99": 2.0, "max": 9.0}, "rss_mb": 300.0, "filter": "EKF",
-        "mode": "log", "final": {}, "payload_changes": [], "quality": quality,
+        "mode": "log", "final": {}, "payload_changes": [],
+        "payload_known": True, "quality": quality,
     } | changed  # fmt: skip
 
 

@@ -117,6 +117,7 @@ def ended(**of):
     """A run of five samples a second that is over."""
     return {
         "samples": 1000, "data_s": 200.0, "rate_hz": 900.0, "payload_changes": [],
+        "payload_known": True,
         "latency_ms": {"p99": 2.0},
         "quality": as_plain(no_losses(6), 0, 0, (), 1)
         | {"restarts": 0, "stuck": [], "frozen": [], "lost": None, "too_sparse": None},

@@ -8,7 +8,8 @@ import pytest
 from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.tracking import Tracker
-from urdyn.tracking.interest import KNOWN, _doubt, as_plain, gathered, nothing_yet, strained
+from urdyn.tracking.interest import _doubt, as_plain, gathered, nothing_yet, strained
+from urdyn.tracking.physical import KNOWN
 from urdyn.types import Gaussian
 
 

@@ -140,6 +140,16 @@ def test_a_setting_that_is_too_little_is_told(told):
     )
 
 
+def test_a_load_is_told_once_the_motion_has_told_it():
+    """Before a joint has borne it, whatever is believed of it is the prior's."""
+    standing = track(tooled(True)[1], set_to(picked().slice(0, 50), 0.5), EKF())
+    assert not standing.payload_known and standing.payload_setting["off_kg"] is None
+    summary, _ = half_a_kilogram(True)
+    assert summary["payload_known"] and "kg" in verdict(summary)
+    unknown = verdict(summary | {"payload_known": False, "payload_setting": None})
+    assert "payload not known" in unknown and "kg" not in unknown
+
+
 def test_a_recording_tracked_in_one_call_tells_the_setting_too():
     went = track(tooled(True)[1], set_to(picked().slice(300), 0.5), EKF())
     assert went.payload_setting["off_kg"] == went["payload.mass"][-1] - 0.5 > 2.0
@@ -184,7 +194,7 @@ def set_instead(told, mass):
     """That run's summary, had the controller been set to another mass: it moves no belief."""
     summary, _ = half_a_kilogram(told)
     setting = Setting(np.r_[mass, 0.0, 0.0, 0.0], STOOD)
-    return summary | {"payload_setting": at_the_end(setting, summary["final"], told)}
+    return summary | {"payload_setting": at_the_end(setting, summary["final"], told, True)}
 
 
 def test_too_much_is_told_only_where_the_tool_is_known():
@@ -233,9 +243,10 @@ def test_who_watches_is_shown_the_setting():
 def test_only_what_the_interval_excludes_is_wrong(told, stood, whole, off):
     setting = Setting(np.r_[told, 0.0, 0.0, 0.05], stood)
     sd = 0.1 if told == 1.8 else 0.01
-    found = compared(setting, 2.0, sd, whole)
+    found = compared(setting, 2.0, sd, whole, True)
     assert found["off_kg"] == (None if off is None else pytest.approx(off))
-    assert compared(Setting(), 2.0, 0.01, whole) is None
+    assert compared(Setting(), 2.0, 0.01, whole, True) is None
+    assert compared(setting, 2.0, sd, whole, False)["off_kg"] is None  # the motion did not tell it
 
 
 def test_a_setting_stands_from_when_it_was_made():

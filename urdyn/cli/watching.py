@@ -18,6 +18,7 @@ from urdyn.report.names import spoken
 from urdyn.report.setting import set_to
 from urdyn.report.terminal import terminal_table
 from urdyn.tracking import RunProgress
+from urdyn.tracking.physical import weighed
 from urdyn.tracking.progress import Watch
 from urdyn.tracking.setting import compared
 
@@ -44,6 +45,7 @@ MISSING = (
     "the average surprise is {}, where 1 or less is expected: something is missing from the model, "
     "and its intervals are too narrow"
 )
+UNWEIGHED = "payload not known: this motion says too little of it"
 SILENT = 1e-3  # [-] of a joint's samples without a current: fewer do not matter
 QUICK = "mode {} is less accurate than full: `urdyn bench track` prints by how much"
 SLOW = "it fell behind the robot: --mode realtime is quicker, and --rate asks for fewer samples"
@@ -76,9 +78,10 @@ def table(glance: RunProgress, joints: Sequence[str]) -> Table:
     rows = zip(glance.mean, glance.sd, glance.units, strict=True)
     told = dict(zip(glance.names, rows, strict=True))
     done = f", {100 * glance.share:.0f} %" if glance.share else ""
-    mass, sd, unit = told["payload.mass"]
-    setting = compared(glance.setting, mass, sd, glance.quantities.whole)
-    carried = f"payload {interval90(mass, sd)} {unit}{_set(setting)}"
+    mass, sd, _ = told["payload.mass"]
+    known = weighed(glance.reading.belief, glance.quantities.currents)
+    setting = compared(glance.setting, mass, sd, glance.quantities.whole, known)
+    carried = f"{_carried(mass, sd, known)}{_set(setting)}"
     caption = f"{carried}; {glance.t:.1f} s{done}; {QUICKNESS.format(glance.rate)}; ± holds 90 %"
     heads = (f"{name} [{told[f'{joints[0]}.{name}'][2]}]" for name in JOINT)
     cells = (
@@ -99,7 +102,7 @@ def verdict(summary: dict[str, Any]) -> str:
     return (
         f"{summary['samples']} samples, {summary['data_s']:.1f} s, "
         f"{QUICKNESS.format(summary['rate_hz'])}; 99 % within {number(latency['p99'])} ms; "
-        f"payload {interval90(mass['mean'], mass['sd'])} kg"
+        + _carried(mass["mean"], mass["sd"], summary["payload_known"])
         + _set(summary.get("payload_setting"))
         + changed
         + _lacked(summary)
@@ -115,6 +118,11 @@ def verdict(summary: dict[str, Any]) -> str:
 def _why_late(summary: dict[str, Any]) -> str:
     """Why samples waited: this computer is too slow, or busy with other work."""
     return BUSY if summary["rate_hz"] * summary["data_s"] > summary["samples"] else SLOW
+
+
+def _carried(mass: float, sd: float, known: bool) -> str:
+    """The payload [kg], where the motion has told it."""
+    return f"payload {interval90(mass, sd)} kg" if known else UNWEIGHED
 
 
 def _set(setting: Mapping[str, Any] | None) -> str:

@@ -15,7 +15,7 @@ from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.io.plain import plain
 from urdyn.model.body import centre_of_mass
-from urdyn.tracking.physical import KNOWN
+from urdyn.tracking.physical import weighed
 from urdyn.tracking.reading import Reading
 from urdyn.types import Array
 
@@ -95,10 +95,10 @@ def gathered(
     per = drive.gain * np.exp(x[currents.places["z"]])  # [N·m/A]
     torque = currents.observe(x, u) * per
     spare, spare_sd = _spare(x, u, torque, currents, _doubt(reading, currents) * per)
-    known = reading.belief.sd[currents.places["payload"]][0] < KNOWN
     before = so_far.spare, so_far.spare_sd
     if reading.unknown:  # another payload has another margin
         before = np.inf, 0.0
+    known = weighed(reading.belief, currents)
     least = (spare, spare_sd) if known and spare < before[0] else before
     # Residuals of the models alone: what the noise's colour predicts is no merit of the belief.
     residual = reading.current - np.stack([reading.modelled, currents.observe(commissioned, u)])

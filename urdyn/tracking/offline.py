@@ -17,7 +17,7 @@ from urdyn.signal import require_measured, samples
 from urdyn.signal.channels import has_velocities
 from urdyn.signal.stretches import median_step
 from urdyn.tracking.interest import Interest, after, as_plain, nothing_yet
-from urdyn.tracking.physical import quantities
+from urdyn.tracking.physical import quantities, weighed
 from urdyn.tracking.row import spacing
 from urdyn.tracking.setting import Setting, agrees, at_the_end
 from urdyn.tracking.source import Arrival, Source
@@ -34,6 +34,7 @@ class Tracked(Track):
     log: Log
     shown: Interest  # margins, energy and predictive error over the run
     setting: Setting  # the controller's payload setting at the end
+    payload_known: bool  # the motion has told what is carried
 
     @property
     def quantities(self) -> dict[str, Any]:
@@ -43,7 +44,8 @@ class Tracked(Track):
     @property
     def payload_setting(self) -> dict[str, Any] | None:
         """The controller's payload beside the load at the end, as in `urdyn track --json`."""
-        return at_the_end(self.setting, self._load, self.tracker.fit.tool_known)
+        whole = self.tracker.fit.tool_known
+        return at_the_end(self.setting, self._load, whole, self.payload_known)
 
     @property
     def load_as_set(self) -> bool:
@@ -96,6 +98,7 @@ def track(
                 means.append(mean)
                 sds.append(sd)
                 surprises.append(reading.innovation)
+            known = weighed(reading.belief, tracker.currents)
     if not t:
         raise LogError("too short, or too full of gaps, to be tracked", log.source.path)
     return Tracked(
@@ -108,6 +111,7 @@ def track(
         log=log,
         shown=shown,
         setting=setting,
+        payload_known=known,
     )
 
 

@@ -120,6 +120,11 @@ class Quantities:
         return moved
 
 
+def weighed(belief: Gaussian, currents: RobotCurrents) -> bool:
+    """Whether the currents tell the payload's mass, up to the scale of all weights."""
+    return bool(belief.sd[currents.places["payload"]][0] < KNOWN)
+
+
 def quantities(
     fit: Fit, currents: RobotCurrents, beside: tuple[tuple[str, str], ...] = ()
 ) -> Quantities:

@@ -29,7 +29,7 @@ from urdyn.tracking.modes import mode_of
 from urdyn.tracking.observer import Observer
 from urdyn.tracking.own import of_this_arm
 from urdyn.tracking.parts import discard_parts, drop_others, writing_parts
-from urdyn.tracking.physical import Quantities, quantities
+from urdyn.tracking.physical import Quantities, quantities, weighed
 from urdyn.tracking.progress import RunProgress, Watch
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.restarts import arrivals
@@ -215,6 +215,7 @@ class _Run(Generic[S]):
         self._show_ended(newest)
         changes = self._finish(at)
         told = final(self.tracker, self.quantities, at)
+        known = weighed(self.tracker.believed(at.state), self.tracker.currents)
         summary = Summary(
             robot=arm.name,
             samples=at.index,
@@ -230,7 +231,8 @@ class _Run(Generic[S]):
             quantities=interest.as_plain(at.interest, arm.joint_names),
             quality=quality(self.tracker, self.source, at),
             payload_changes=changes,
-            payload_setting=at_the_end(at.setting, told, self.quantities.whole),
+            payload_known=known,
+            payload_setting=at_the_end(at.setting, told, self.quantities.whole, known),
         )
         return summary.plain() | dict(found)
 

@@ -68,7 +68,9 @@ def agrees(setting: Setting, final: Mapping[str, Any], whole: bool) -> bool:
     return bool(abs(load["mean"] - setting.mass) <= tolerance(load["sd"]))
 
 
-def compared(setting: Setting, mass: float, sd: float, whole: bool) -> dict[str, Any] | None:
+def compared(
+    setting: Setting, mass: float, sd: float, whole: bool, known: bool
+) -> dict[str, Any] | None:
     """The setting beside the tracked mass, in plain numbers; None: no setting was reported.
 
     `off_kg` is how much more is carried than the controller assumes, None where it may be 0. Where
@@ -79,11 +81,12 @@ def compared(setting: Setting, mass: float, sd: float, whole: bool) -> dict[str,
         mass: the tracked mass [kg].
         sd: its standard deviation [kg].
         whole: it includes the tool, as the controller's does.
+        known: the motion has told it; without that nothing is off.
     """
     if setting.mass != setting.mass:
         return None
     off = mass - setting.mass
-    sure = setting.stood >= STOOD and abs(off) > tolerance(sd) and (whole or off > 0.0)
+    sure = known and setting.stood >= STOOD and abs(off) > tolerance(sd) and (whole or off > 0.0)
     return {
         "mass_kg": setting.mass,
         "com_m": [plain(x) for x in setting.payload[1:]],
@@ -92,7 +95,9 @@ def compared(setting: Setting, mass: float, sd: float, whole: bool) -> dict[str,
     }
 
 
-def at_the_end(setting: Setting, final: Mapping[str, Any], whole: bool) -> dict[str, Any] | None:
+def at_the_end(
+    setting: Setting, final: Mapping[str, Any], whole: bool, known: bool
+) -> dict[str, Any] | None:
     """The same at a run's end, from the quantities of its summary."""
     load = final["payload.mass"]
-    return compared(setting, load["mean"], load["sd"], whole)
+    return compared(setting, load["mean"], load["sd"], whole, known)

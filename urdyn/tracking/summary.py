@@ -36,6 +36,7 @@ class Summary:
     quantities: Mapping[str, Any]  # margins, power and predictive error, joint by joint
     quality: Mapping[str, Any]  # of the stream
     payload_changes: list[float]  # [s]
+    payload_known: bool  # the motion has told what is carried; else its mean may be far off
     payload_setting: Mapping[str, Any] | None  # of the controller; None: not reported
 
     def plain(self) -> dict[str, Any]:

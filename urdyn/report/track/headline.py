@@ -48,7 +48,8 @@ def track_headline(
     surprised: Surprise,
 ) -> Html:
     """Title, verdict, payload, every joint then and now, and a few facts."""
-    load = carried(history, changed) if history.holds(PAYLOAD, "mass") else ""
+    known = summary["payload_known"]
+    load = carried(history, changed, known) if history.holds(PAYLOAD, "mass") else ""
     diagnosed, judged = "findings" in summary, _judged(summary, surprised)
     said = verdict(found, history.clock) if judged else ""
     if diagnosed and said.startswith(CHANGED):
