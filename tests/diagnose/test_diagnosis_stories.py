@@ -281,6 +281,17 @@ def test_what_the_next_blocks_take_back_was_no_fault(
 
 
 @pytest.mark.slow
+def test_the_end_of_a_passing_fault_is_no_other_fault(shop: Shop) -> None:
+    """A wrist rubs for 25 s and is sound again: its current falls to what it was at first."""
+    j, drive, log = 4, shop.dynamics.drive, shop.log(seconds=55.0, rate=SLOW)
+    since, v = log.t - log.t[0] - 12.0, log.joint("actual_qd")[:, 4]
+    rubs = (since > 0.0) & (since < 25.0)
+    friction = drive.coulomb[j] * np.tanh(v / 0.01) + drive.viscous[j] * v
+    report = shop.disturbed(log, j, rubs * 0.6 * friction)
+    assert {f.kind for f in report} <= {"friction_increase"}
+
+
+@pytest.mark.slow
 def test_two_faults_at_once_are_two_findings(shop: Shop) -> None:
     faults = (
         "friction_increase:joint=3,onset=25,rate=0.8,shape=step",

@@ -72,29 +72,32 @@ class Judge:
         """Accept an alarm, if there is one whose name is clear or has waited long enough."""
         ratio = ratios(state.bank, self.of)
         state = replace(state, likely=self._likely(state.bank, gathered(state.bank, ratio)))
-        evidence = gathered(state.bank, ratio, OLDER * self.shift)
-        candidates = self._candidates(state, evidence)
+        candidates, evidence = self._candidates(state, ratio)
         if not candidates:
             return replace(state, waited=0)
         state, alarm = replace(state, waited=state.waited + 1), alarm_of(candidates, evidence)
         ripe = alarm.ripe_at_the_end if last else alarm.ripe
         return self._accepted(state, alarm, last) if ripe(state.bank, state.waited) else state
 
-    def _candidates(self, state: SlowState, evidence: Array) -> dict[int, Explanation]:
+    def _candidates(self, state: SlowState, ratio: Array) -> tuple[dict[int, Explanation], Array]:
         """Suspects that an alarm may be of, and each one's explanation; {}: no alarm.
 
         Args:
-            evidence: of each suspect, (h,) [nats].
+            ratio: each suspect's `ratios`, (h, m).
+
+        Returns:
+            also the evidence of each suspect, (h,) [nats].
         """
-        asked = self._asked(state)
+        asked, evidence = self._asked(state), gathered(state.bank, ratio, OLDER * self.shift)
         # A healthy arm's sums begin at what earlier time counts as, and grow by one per block.
         enough = np.log((1.0 + OLDER) * self.promised * len(asked))
         if logsumexp(evidence[asked]) < enough:
-            return {}
+            return {}, evidence
         near = [k for k in asked if evidence[k] > enough - NEAR]
         each = {k: explanation(state.bank, self.of.each[k]) for k in near}
         told = {k: e for k, e in each.items() if e.large and not _shadow(e, each.values())}
-        return told if told and not logsumexp(evidence[list(told)]) < enough else {}
+        clear = told and not logsumexp(evidence[list(told)]) < enough
+        return told if clear else {}, evidence
 
     def _asked(self, state: SlowState) -> list[int]:
         """Suspects that are not known faults, nor part of one, nor just retracted."""
@@ -132,6 +135,8 @@ class Judge:
         if suspect.kind.of_tool:
             return self._loaded(state, alarm)
         change = alarm.change()
+        if any(self._ends(state, alarm, fault) for fault in state.passed):
+            return replace(state, passed=_latest(state.passed, (known_by(change),)), waited=0)
         after = replace(state, found=(*state.found, change), waited=0)
         rest = tuple(f for f in state.known if not self.of.each[f.suspect].part_of(suspect))
         fault = self.extent.with_before(after, known_by(change), rest)
@@ -186,6 +191,20 @@ class Judge:
         size, sd = self._now(bank, fault)
         soon = bank.t - fault.alarm < BACK
         return soon and self._nothing(bank, fault) and size + SURELY * sd < abs(fault.size)
+
+    def _ends(self, state: SlowState, alarm: Alarm, fault: Fault) -> bool:
+        """Whether an alarm is but the end of a change of its joint that was just retracted.
+
+        The bank took what was there until then for healthy. It is, where nothing of the change is
+        left by now, and nothing of the alarm once the change is known.
+        """
+        told, joint = alarm.told, self.of.each[fault.suspect].joint
+        fresh = told.t - fault.alarm < FRESH  # what comes later, or stays, is told
+        if joint != told.suspect.joint or told.onset < fault.alarm or not fresh:
+            return False
+        after = self.knowing(state, (*state.known, fault))
+        candidates, _ = self._candidates(after, ratios(after.bank, self.of))
+        return alarm.suspect not in candidates and self._nothing(after.bank, fault)
 
     def _now(self, bank: Bank, fault: Fault) -> tuple[float, float]:
         """Size of a change, positive in its kind's direction, and its sd."""
