@@ -230,6 +230,29 @@ def test_an_expert_adds_a_kind_without_touching_the_code(shop: Shop, tmp_path: P
 
 
 @pytest.mark.parametrize(
+    ("robot", "tool", "plant", "critical"),
+    [
+        ("ur30", 0.0, "", 30.0),
+        ("ur3e", 1.0, "", 2.0),
+        ("ur3e", 4.0, "", 0.2),  # whatever is added
+        ("ur3e", 1.0, "[rated]\nur3e = 2.5\n", 1.5),
+        ("ur3e", 1.0, "[kind.payload_change]\ncritical = 8.0\n", 8.0),
+        ("one_of_a_kind", 1.0, "", np.inf),
+    ],
+)
+def test_a_load_is_critical_beyond_what_the_arm_is_rated_for_or_as_a_plant_says(
+    shop: Shop, robot: str, tool: float, plant: str, critical: float, tmp_path: Path
+) -> None:
+    path, of = tmp_path / "plant.toml", shop.dynamics
+    path.write_text(plant)
+    loaded = replace(of, arm=replace(of.arm, name=robot), payload=np.r_[tool, np.zeros(9)])
+    rules = read_rules(path)
+    before, after = ({k.name: k for k in kinds} for kinds in (rules.slow, rules.slow_of(loaded)))
+    assert after.pop("payload_change").critical == pytest.approx(critical)
+    assert after == {name: before[name] for name in after}
+
+
+@pytest.mark.parametrize(
     ("table", "said"),
     [
         ("kind.controller_instability", {"patience": 2.5}),

@@ -9,6 +9,7 @@ import pytest
 
 import urdyn as ud
 from urdyn.errors import InputError
+from urdyn.io.run_folder import quiet
 
 
 def test_a_track_is_diagnosed_and_its_page_says_the_same(shop, ur5e, tmp_path):
@@ -37,8 +38,7 @@ def test_a_log_is_conditioned_for_its_own_arm_only(shop, ur5e):
         ud.condition(ud.Log(log.t, short), ur5e)
 
 
-def test_a_controller_that_knows_the_load_is_not_to_be_told_of_it(shop, ur5e):
-    """As on the page of the run, which knows what the controller is set to."""
+def test_a_load_that_the_controller_is_set_to_is_a_notice_that_needs_no_attention(shop, ur5e):
     log = shop.log("payload_change:onset=8,mass=2", seconds=40.0)
     late = log.t - log.t[0] >= 8.0
     fit = replace(shop.fit, tool_known=True)
@@ -46,5 +46,7 @@ def test_a_controller_that_knows_the_load_is_not_to_be_told_of_it(shop, ur5e):
     setting = {"payload": load, "payload_cog": np.zeros((len(log), 3))}
     track = ud.track(fit, replace(log, channels={**log.channels, **setting}))
     assert track.payload_setting["off_kg"] is None
-    advice = [f["advice"] for f in ud.diagnose(track).document["findings"]]
-    assert advice and not any("tell the controller" in one for one in advice)
+    report = ud.diagnose(track)
+    (finding,) = report.document["findings"]
+    assert (finding["severity"], quiet(finding)) == ("notice", True)
+    assert str(report).startswith("notice: payload_change")

@@ -12,7 +12,7 @@ import pytest
 from tracked import CRITICAL, HOUSE, JOINTS, START, columns, diagnosed, growing, summary, write
 
 from urdyn.cli.diagnosing import faulty, summed
-from urdyn.diagnose.document import MEANT, TELL
+from urdyn.diagnose.acknowledge import as_set
 from urdyn.diagnose.doubt import GAIN
 from urdyn.diagnose.rules import read_rules
 from urdyn.io.spans import clock, span, span_of
@@ -153,19 +153,27 @@ def test_the_health_of_an_arm_of_which_no_joint_was_judged_is_not_told(history):
     assert diagnosed(judged=(True, False))["arm"]["health_index"] > 0.99
 
 
-@pytest.mark.parametrize("load_as_set", [False, True])
-def test_a_controller_that_knows_the_load_needs_not_be_told(history, load_as_set):
+@pytest.mark.parametrize(
+    ("severity", "set_to_it", "told"),
+    [
+        ("warning", False, "warning"),
+        ("warning", True, "notice, acknowledged"),
+        ("critical", True, "critical"),
+    ],
+)
+def test_a_load_that_the_controller_is_set_to_is_known_unless_it_is_too_much(
+    history, severity, set_to_it, told
+):
     advice = read_rules().levels("payload_change").advice
     load = replace(
         growing(joint=None, name="tool"), kind="payload_change", unit="kg", size=1.0, size_sd=0.1,
-        forecast=None, time_to_failure_s=None, severity="warning", advice=advice,
+        forecast=None, time_to_failure_s=None, severity=severity, advice=advice,
     )  # fmt: skip
-    run = summary(**diagnosed(load, load_as_set=load_as_set))
-    said, unsaid = (MEANT, TELL) if load_as_set else (TELL, MEANT)
-    html = track_page(History((history,)), run)
-    for whole in (json.dumps(run), summed(run), html):
-        assert said in whole and unsaid not in whole
-    assert html.count(said) == html.count("look for what was lost") == 2
+    found = as_set([load]) if set_to_it else [load]
+    run = summary(**diagnosed(*found))
+    assert told in part(track_page(History((history,)), run), "Findings")
+    assert faulty(run) == ("acknowledged" not in summed(run)) == ("acknowledged" not in told)
+    assert as_set([growing()]) == [growing()]
 
 
 def test_a_push_is_told_by_the_stamp_of_the_terminal_and_drawn_in_the_joints_that_felt_it(tmp_path):

@@ -95,13 +95,9 @@ def growing(rate=4e-3, rate_sd=4e-4, joint=1, name="elbow_joint") -> Finding:
     )  # fmt: skip
 
 
-def diagnosed(
-    *findings: Finding, joints=JOINTS, judged=True, rules=HOUSE, load_as_set=False
-) -> dict[str, object]:
+def diagnosed(*findings: Finding, joints=JOINTS, judged=True, rules=HOUSE) -> dict[str, object]:
     """What a diagnosis by these rules adds to a summary."""
     judged = [judged] * len(joints) if isinstance(judged, bool) else judged
     probes = [{"name": j, "observable": False, "probe": f"turn {j} quickly"} for j in joints]
-    document = findings_document(
-        findings, joints, judged, probes, {}, {}, rules, load_as_set=load_as_set
-    )
+    document = findings_document(findings, joints, judged, probes, {}, {}, rules)
     return {name: of for name, of in document.items() if name not in ORIGIN}

@@ -175,7 +175,7 @@ def test_a_setting_that_is_right_is_not_complained_of(mass, tmp_path):
     summary = tracked(set_to(picked(), mass), True, tmp_path, observer=looking)
     setting = summary["payload_setting"]
     assert setting is None if mass is None else setting["off_kg"] is None
-    # who diagnoses does not advise to tell the controller what it knows
+    # who diagnoses takes such a load for known
     heard = [name for name, _, _ in looking.method_calls]
     assert looking.note.call_args.args == (0, mass is not None) and "note" not in heard[-4:]
     assert "too" not in verdict(summary)

@@ -1,10 +1,13 @@
-"""Findings that somebody has seen: quiet until they get worse, or are gone and come back."""
+"""Findings that somebody has seen: quiet until they get worse, or are gone and come back.
+
+Who sets the controller to a load has seen it, unless it is critical.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +41,16 @@ def acknowledged(folder: Path) -> Acknowledged:
     """What was acknowledged in a folder."""
     path = folder / FILE
     return Acknowledged(_table(path) if path.exists() else {})
+
+
+def as_set(findings: Sequence[Finding]) -> list[Finding]:
+    """Findings of an arm whose controller is set to the tracked load."""
+    return [
+        replace(f, severity=SEVERITIES[0], acknowledged=True)
+        if f.kind == "payload_change" and f.severity != SEVERITIES[-1]
+        else f
+        for f in findings
+    ]
 
 
 def acknowledge(folder: Path, name: str) -> Mapping[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,8 +21,6 @@ WATCHED = {  # quantities of a history with judged changes, and the kind that ju
     "health": "health_degradation",
     "zero": "encoder_offset",
 }
-TELL = "tell the controller what the tool weighs"  # the rules' advice for another payload
-MEANT = "see that this load is meant"  # where the controller has been told
 ORIGIN = ("urdyn", "provenance")  # of the document; all else describes the run, also in its summary
 
 
@@ -36,7 +33,6 @@ def findings_document(
     source: Mapping[str, str],
     rules: Rules,
     restarts: int = 0,
-    load_as_set: bool = False,
 ) -> dict[str, Any]:
     """All findings, what makes them all doubtful, and what to do.
 
@@ -45,10 +41,7 @@ def findings_document(
     Args:
         judged: of each joint, whether enough was compared to find anything in it.
         restarts: how often a tracked belief was reset, since no arm explained the data any more.
-        load_as_set: the controller is already set to the tracked load.
     """
-    if load_as_set:
-        findings = [replace(f, advice=f.advice.replace(TELL, MEANT)) for f in findings]
     costs, heard = rules.costs, dict(zip(joints, judged, strict=True))
     rows, told = health(findings, joints, costs), [_finite(f.plain()) for f in findings]
     why, first = doubt(told, len(joints), restarts)

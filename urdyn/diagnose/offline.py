@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from urdyn.diagnose.acknowledge import as_set
 from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.finding import Finding
@@ -78,6 +79,8 @@ def diagnose(
     follow = fit.dynamics.bristles(motion)
     s = follow.together(fit.dynamics.drive.presliding_tail)
     state, found = diagnosis.over(motion, s, follow.travelled)
+    if isinstance(of, Tracked) and of.load_as_set:
+        found = as_set(found)
     source = {"source": log.source.path, "source.sha256": log.source.sha256}
     document = findings_document(
         found,
@@ -87,7 +90,6 @@ def diagnose(
         identity={},
         source=source,
         rules=diagnosis.rules,
-        load_as_set=isinstance(of, Tracked) and of.load_as_set,
     )
     return Report(tuple(found), document, tracker, log)
 

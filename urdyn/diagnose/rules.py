@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from urdyn.diagnose.space import Space
 from urdyn.errors import InputError
 from urdyn.faults.decision import Costs
 from urdyn.io.document import load_toml
+from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array
 
 JOINT_STATES = ("f", "alpha", "beta", "z", "k", "o", "rotor")
@@ -71,7 +72,7 @@ class SlowKind:
     change: Mapping[str, float]  # state -> sd of a change; the first one measures it
     least: float  # size of that state's change from which it is reported
     warning: float
-    critical: float
+    critical: float = np.inf  # of a payload, where not given: what is left of the arm's rating
     sign: int = 0  # which way it goes; 0: either
     family: str = "joint"  # of FAMILIES
     told_as: str = ""  # the kind of its findings; "": its own name
@@ -131,6 +132,7 @@ class Rules:
     fast: FastRules
     costs: Costs  # for recommending a service
     named: Mapping[str, Sequence[int]]  # by kind, right findings of campaigns, and all
+    rated: Mapping[str, float]  # largest payload by the arm's name, tool included [kg]
 
     @property
     def jump(self) -> float:
@@ -141,6 +143,14 @@ class Rules:
         """The sizes from which a fast kind matters."""
         slow = {each.name: each for each in self.slow}
         return levels_of(vars(self.fast).get(kind) or slow[kind])
+
+    def slow_of(self, dynamics: Dynamics) -> tuple[SlowKind, ...]:
+        """The slow kinds for an arm: a payload above its rating is critical."""
+        left = self.rated.get(dynamics.arm.name, np.inf) - float(dynamics.payload[0])
+        return tuple(
+            replace(kind, critical=max(left, kind.warning)) if np.isinf(kind.critical) else kind
+            for kind in self.slow
+        )
 
     def stray(self, space: Space, what: str) -> Array:
         """How far each state of an arm strays: by day, by hour or by window, (n,)."""
@@ -166,7 +176,7 @@ def read_rules(path: str | Path | None = None) -> Rules:
         return _rules(house, "rules.toml")
     own = load_toml(path)
     _check_like(own, {section: {} for section in house}, f"{path}:")
-    for section in ("promise", "healthy", "friction", "warmth", "noise", "costs"):
+    for section in ("promise", "healthy", "friction", "warmth", "noise", "rated", "costs"):
         _check_like(own.get(section, {}), house[section], f"{path}: [{section}]")
     merged = {section: of | own.get(section, {}) for section, of in house.items()}
     for state, of in own.get("healthy", {}).items():
@@ -243,6 +253,7 @@ def _rules(document: Mapping[str, Any], path: str) -> Rules:
         fast=fast,
         costs=costs,
         named=named,
+        rated=document["rated"],
     )
 
 
@@ -255,11 +266,12 @@ def _check_counts(name: str, of: list[Any], path: str) -> None:
 def _slow(name: str, of: dict[str, Any], path: str) -> SlowKind:
     where = f"{path}: [kind.{name}]"
     _check_like(of, SLOW, where)
-    if missing := [level for level in LEVELS if level not in of]:
-        raise InputError(f"{where} has no {' and no '.join(missing)}")
     if not of["change"]:
         raise InputError(f"{where} changes nothing")
     known = PAYLOAD_STATES if set(of["change"]) & set(PAYLOAD_STATES) else JOINT_STATES
+    needed = LEVELS[:-1] if next(iter(of["change"])) == "mass" else LEVELS
+    if missing := [level for level in needed if level not in of]:
+        raise InputError(f"{where} has no {' and no '.join(missing)}")
     _check_like(of["change"], dict.fromkeys(known, 0.0), f"{where} change")
     of["shapes"] = tuple(of.get("shapes", SHAPES))
     if not of["shapes"] or not all(shape in SHAPES for shape in of["shapes"]):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from urdyn.diagnose.acknowledge import acknowledged, forget_gone
+from urdyn.diagnose.acknowledge import acknowledged, as_set, forget_gone
 from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.finding import Finding
@@ -55,12 +55,10 @@ class Session:
 
     def write(self) -> dict[str, Any]:
         """Update DIR/findings.json; returns its content."""
-        job, known = self.job, acknowledged(self.job.folder)
-        now = self.diagnosis.findings(self._state)
-        findings = [replace(f, acknowledged=known.quiets(f)) for f in now]
+        job, now = self.job, self.diagnosis.findings(self._state)
         observability = self.diagnosis.observable(self._state)
         document = findings_document(
-            findings,
+            self._known(now),
             joints=job.fit.dynamics.arm.joint_names,
             judged=self.diagnosis.judged(self._state),
             observability=observability,
@@ -68,15 +66,19 @@ class Session:
             source=job.source,
             rules=job.rules,
             restarts=self._restarts,
-            load_as_set=self._load_as_set,
         )
         write_text(job.folder / FINDINGS, json.dumps(document, indent=2) + "\n")
         return document
 
     def untold(self, found: Sequence[Finding]) -> list[dict[str, Any]]:
         """The findings that nobody has acknowledged yet."""
+        return [finding.plain() for finding in self._known(found) if not finding.acknowledged]
+
+    def _known(self, findings: Sequence[Finding]) -> list[Finding]:
+        """Findings, with those marked that have been seen."""
         known = acknowledged(self.job.folder)
-        return [finding.plain() for finding in found if not known.quiets(finding)]
+        told = [replace(f, acknowledged=known.quiets(f)) for f in findings]
+        return as_set(told) if self._load_as_set else told
 
 
 def _instants(rows: Array) -> list[Now]:

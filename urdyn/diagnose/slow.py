@@ -49,7 +49,7 @@ class Slow:
     @cached_property
     def of(self) -> Suspects:
         """Everything tested for."""
-        return suspects(self.space, self.rules.slow)
+        return suspects(self.space, self.rules.slow_of(self.space.reference))
 
     @cached_property
     def healthy(self) -> Healthy:
@@ -69,7 +69,7 @@ class Slow:
     @cached_property
     def stay(self) -> Stay | None:
         """Decides which load lasts, if the rules test for that."""
-        kind = next((kind for kind in self.rules.slow if kind.of_tool), None)
+        kind = next((each.kind for each in self.of.each if each.kind.of_tool), None)
         return Stay(self.space, self.of, kind) if kind else None
 
     @cached_property
