@@ -25,7 +25,7 @@ RARE = 1e-4  # of either tail: how often a correct filter fails a test here
 
 AFFINE = [Kalman(), UKF(), InformationFilter(), Variational(), ParticleFilter(count=5)]
 BENT = [EKF(iterations=3), UKF(), Variational()]
-PARTICLES, LIVES, FEW = ParticleFilter(count=300), 250, 80
+PARTICLES, LIVES, FEW = ParticleFilter(300, marginalise=True), 250, 80
 
 
 def within_chi_square(total: float, freedom: int) -> bool:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
-from affine_models import Regressors
+from affine_models import Regressors, random_model
+from bent_models import Product
 
 from urdyn.dbn import AffineObservation, Joined, RandomWalk, Tick
 from urdyn.estimate import Kalman, ParticleFilter, track
@@ -49,6 +51,16 @@ def test_states_that_nothing_moves_do_not_become_copies_of_one(seed: int) -> Non
     off = (found.mean[-1] - exact.mean[-1]) / exact.sd[-1]
     assert np.sqrt(np.mean(off**2)) < 1.0  # less than the error that both have
     assert 0.7 < np.median(found.sd[-1] / exact.sd[-1]) < 1.2
+
+
+@pytest.mark.parametrize("model", [Product(), random_model(np.random.default_rng(0), 4, 2)])
+def test_one_covariance_serves_all_particles_unless_more_are_asked_for(model: Any) -> None:
+    """It is zero where all states are sampled, and Kalman's where none is."""
+    cloud, y = ParticleFilter(9), np.ones(2)
+    state, _ = cloud.step(model, cloud.init(model), Tick(), y)
+    assert len(state.cov) == 1
+    exact, _ = Kalman().step(model, model.prior, Tick(), y)
+    np.testing.assert_allclose(state.cov[0], exact.cov if model.linear.all() else 0.0)
 
 
 @dataclass(frozen=True, eq=False)

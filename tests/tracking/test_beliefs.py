@@ -11,7 +11,7 @@ from urdyn.tracking.state import with_encoder_jump
 from urdyn.types import Gaussian
 
 GAUSSIAN = [EKF(), UKF(), InformationFilter(), Variational(), *QUICKER.values()]
-EVERY = [*GAUSSIAN, ParticleFilter(64, marginalise=False)]
+EVERY = [*GAUSSIAN, ParticleFilter(64)]
 
 
 @pytest.mark.parametrize("filter_", EVERY, ids=repr)
@@ -65,7 +65,7 @@ def test_a_run_says_what_its_filter_lacks(workshop, tmp_path):
     source = open_source(str(workshop.recording), rows=(0, 60), tell=said.append)
     workshop.track(tmp_path / "a", source)
     assert not said
-    workshop.track(tmp_path / "b", source, filter=ParticleFilter(20, marginalise=False))
+    workshop.track(tmp_path / "b", source, filter=ParticleFilter(20))
     (told,) = said
     assert "ParticleFilter keeps no Gaussian" in told
 

@@ -56,12 +56,6 @@ if TYPE_CHECKING:
     from urdyn.io.helper import Helper
     from urdyn.tracking import Source
 
-# Each particle would hold a covariance of a hundred states; a thousand of those cannot be updated
-# at a robot's rate.
-SETTINGS: dict[str, dict[str, Any]] = {
-    "particle": {"marginalise": False},
-}
-
 
 def track(
     context: typer.Context,
@@ -221,7 +215,7 @@ def _filter(name: str | None, mode: str, wrench: bool) -> Filter[Any]:
     if name == "particle" and wrench:  # it shows tens of newtons of nothing, ± 1 N
         raise typer.BadParameter("particles are too few for --wrench; leave one of both out")
     name = name or "ukf"
-    made: Filter[Any] = getattr(estimate, FILTERS[name])(**SETTINGS.get(name, {}))
+    made: Filter[Any] = getattr(estimate, FILTERS[name])()
     return made
 
 
