@@ -19,6 +19,7 @@ from urdyn.diagnose.recurring import (
     BINS,
     BRISK,
     PATTERN,
+    Recurring,
     _apart,
     _window,
     at_first,
@@ -26,7 +27,9 @@ from urdyn.diagnose.recurring import (
     slides,
     unjolted,
 )
-from urdyn.diagnose.rows import COULOMB, Rows
+from urdyn.diagnose.rows import COULOMB, ROTOR, Rows
+from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.space import space
 from urdyn.identify import Fit
 from urdyn.tracking.joint_motion import STANDING
 from urdyn.types import Array, Log
@@ -243,6 +246,26 @@ def test_a_jolt_where_the_controllers_torque_turns_over_is_play(
     current[:, joint] += drive.coulomb[joint] / drive.gain[joint] * jolts
     (finding,) = diagnose(real, with_current(log, current)).findings
     assert (finding.kind, finding.joint) == ("joint_backlash", joint)
+
+
+@pytest.mark.parametrize(("pushes", "told"), [("one", False), ("many", True)])
+def test_what_one_push_shakes_recurs_nowhere(shop: Shop, pushes: str, told: bool) -> None:
+    """It reverses a joint six times in 1.5 s; as many pushes are play."""
+    t, blows = np.arange(0.0, 14.0, 0.008), 10.0 + 0.3 * np.arange(6)
+    given = {f.name: np.zeros((len(t), 6)) for f in fields(Rows)}
+    given |= {"t": t, "v": np.full((len(t), 6), 0.5), "drive": np.zeros((len(t), ROTOR + 1, 6))}
+    turns = np.searchsorted(blows, t) % 2
+    given["predicted"][:, 0] = np.where(turns, -1.0, 1.0)
+    left = 0.1 * np.random.default_rng(6).standard_normal((len(t), 6))
+    left[:, 0] += sum((-1.0) ** k * _rebound(t - at) for k, at in enumerate(blows))
+    loud = {
+        "one": np.array([[blows[0], blows[-1] + 0.2]]),
+        "many": np.column_stack([blows, blows + 0.15]),
+    }[pushes]
+    rows, still, load = Rows(**given), np.zeros(6, dtype=bool), np.ones((len(t), 6))
+    alone = Recurring(space(shop.fit), read_rules().fast.joint_backlash)
+    _, found = alone.step(at_first(6), rows, load, left, np.ones(left.shape, bool), loud, still)
+    assert [event.joint for event in found] == [0] * told
 
 
 def test_a_push_is_a_joints_own_only_where_it_has_play_and_turned_over(shop: Shop) -> None:

@@ -114,7 +114,7 @@ class Backlash:
         )
 
     def step(
-        self, state: Reversals, rows: Rows, tool: Array, ill: Mask, swung: Array
+        self, state: Reversals, rows: Rows, tool: Array, ill: Mask, swung: Array, loud: Array
     ) -> tuple[Reversals, list[Event], Mask]:
         """One beat; also the rows in which a known gap may be open, (N, J).
 
@@ -122,6 +122,7 @@ class Backlash:
             tool: inertials carried, (10,).
             ill: joints whose sensor is not trusted, or whose loop rings, (J,).
             swung: [s] start and end of joints' swings, certain or possible, (2, J).
+            loud: [s] start and end of what may have been pushes, (n, 2).
         """
         crossed = self.crossing.longest
         longest = max(crossed.max(), REACH, HEARD)
@@ -143,7 +144,7 @@ class Backlash:
             state = self._reversal(state, seen, row, j, beside)
             state, event = self._judged(state, j, float(whole.t[-1]))
             found += [event] if event else []
-        state, more = self._recurs(state, seen, heard)
+        state, more = self._recurs(state, seen, heard, loud)
         kept = longest + max(earlier, LONG) + self.period
         keep = int(np.searchsorted(whole.t, whole.t[-1] - kept))
         open_now = state.told & _lately(turned, whole.t, crossed[-1])[len(whole) - len(rows) :]
@@ -154,7 +155,9 @@ class Backlash:
         load = rows.load + self.space.reference.drive.gain * own
         return Loaded(rows, tool, load, rows.residual - own)
 
-    def _recurs(self, state: Reversals, seen: Loaded, heard: Mask) -> tuple[Reversals, list[Event]]:
+    def _recurs(
+        self, state: Reversals, seen: Loaded, heard: Mask, loud: Array
+    ) -> tuple[Reversals, list[Event]]:
         """Test what recurs at reversals of joints without a reported gap."""
         recurred, found = self.recurring.step(
             state.recurred,
@@ -162,6 +165,7 @@ class Backlash:
             load=seen.load,
             left=seen.left,
             judged=heard,
+            loud=loud,
             told=state.told,
         )
         told = state.told.copy()

@@ -206,10 +206,10 @@ class Collision:
             if not np.array_equal(seen.carried, state.carried):
                 state = replace(state, carried=seen.carried, changed=seen.t)
             bare = state.base + seen.tool @ seen.carried
-            return replace(state, bare=bare, calm=0, bins=()), event
+            return replace(state, bare=bare).over(seen.t + BIN), event
         if seen.t - state.bins[0].t > self.rule.longest:
             base, bare = state.base + seen.felt, state.bare + seen.bare
-            return replace(state, base=base, bare=bare, calm=0, bins=()), None
+            return replace(state, base=base, bare=bare).over(seen.t + BIN), None
         return state, None
 
 

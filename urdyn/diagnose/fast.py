@@ -94,7 +94,12 @@ class Fast:
         doubted = doubted | self.oscillation.ringing(heard, float(rows.t[-1]))
         swung = self.oscillation.swung(heard)
         reversals, gaps, open_now = self.backlash.step(
-            state.reversals, rows, tool=carried[0], ill=doubted, swung=swung
+            state.reversals,
+            rows,
+            tool=carried[0],
+            ill=doubted,
+            swung=swung,
+            loud=quiet.loud,
         )
         events = [*sick, *pushes, *rings, *gaps, *shifted(rows, self.jump)]
         untrue = ill | open_now | ringing | torn

@@ -21,6 +21,7 @@ RELAX = 0.015  # [-] of a standing one's: its friction changes slowly, but so ma
 SPREAD = 0.02  # [-] of the estimate of its spread, per bin
 WILD = 3.0  # [sd] most that one bin counts in the spread
 NOTHING = 8.0  # [-] sum of squares below which bins determine the baseline's spread
+KEPT = 16  # loud times, each of four bins at least: longer together than a reversal waits
 LEARNS = 3.0  # [s] until the moments' loads include one that a bin showed first
 
 
@@ -45,11 +46,23 @@ class Quiet:
     calm: int = 0  # quiet bins since the last loud one
     bins: tuple[Bin, ...] = ()  # of a possible push
     loads: Array = field(default_factory=partial(np.zeros, (0, 10)))  # known when it began
+    past: Array = field(default_factory=partial(np.zeros, (0, 2)))  # [s] loud times before
 
     @property
     def going(self) -> bool:
         """Whether there may be a push."""
         return bool(self.bins)
+
+    @property
+    def loud(self) -> Array:
+        """Start and end of recent loud times, pushes or not, (n, 2) [s]; inf: not over yet."""
+        now = [(self.bins[0].t, np.inf)] if self.going else np.zeros((0, 2))
+        return np.concatenate([self.past, now])
+
+    def over(self, end: float) -> Quiet:
+        """The loud time ends, at `end` [s]."""
+        past = np.append(self.past, [[self.bins[0].t, end]], axis=0)[-KEPT:]
+        return replace(self, calm=0, bins=(), past=past)
 
     def load_at(self, t: float, carried: Array) -> Array:
         """The likeliest possible load, (10,), or for a while the one that a bin showed."""

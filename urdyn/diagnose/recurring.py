@@ -8,7 +8,8 @@ about them, each relative to its own level and slope, are y = d + e, and their m
     d ~ N(0, C / k)      for one with play, k in RECURS;      e ~ N(0, C), C as at any other time
 
 which is a test of Hotelling's kind (`recurrence`). The ratios of the last n windows, summed over n,
-are the Shiryaev-Roberts sum [Roberts1966]_.
+are the Shiryaev-Roberts sum [Roberts1966]_. One push may reverse a joint several times, which is no
+recurrence: only its first window counts.
 
 A window shows play only where a friction model holds throughout: where the joint slides, or
 reverses and slides on. There, friction may differ in size, in the bristles' stiffness and in how it
@@ -84,7 +85,14 @@ class Recurring:
         return float(np.log(self.rule.promise))
 
     def step(
-        self, state: Recurred, rows: Rows, load: Array, left: Array, judged: Mask, told: Mask
+        self,
+        state: Recurred,
+        rows: Rows,
+        load: Array,
+        left: Array,
+        judged: Mask,
+        loud: Array,
+        told: Mask,
     ) -> tuple[Recurred, list[Event]]:
         """State after some rows, and events.
 
@@ -92,6 +100,7 @@ class Recurring:
             load: of joints, (N, J) [N·m].
             left: residuals of their currents, (N, J) [A].
             judged: rows and joints that may be judged, (N, J).
+            loud: [s] start and end of what may have been pushes, (n, 2).
             told: joints already reported, (J,).
         """
         found = list[Event]()
@@ -106,7 +115,7 @@ class Recurring:
                 before = x[row - 1, j]
                 share = before / (before - x[row, j])
                 t0 = float(rows.t[row - 1] + share * (rows.t[row] - rows.t[row - 1]))
-                if t0 - state.t[j, w, -1] < SPAN:
+                if t0 < _over(float(state.t[j, w, -1]), loud):
                     continue
                 late = LATE if WAYS[w] in MODELLED else LATE[:1]
                 y = _windows(rows, x[:, j], left[:, j], j, t0 + late, self._least(state, j))
@@ -229,6 +238,12 @@ def _with(state: Recurred, j: int, w: int, y: Array, t: float) -> Recurred:
     windows[j, w] = np.append(windows[j, w, 1:], y[None], axis=0)
     times[j, w] = np.append(times[j, w, 1:], t)
     return replace(state, y=windows, t=times)
+
+
+def _over(last: float, loud: Array) -> float:
+    """When all that a window at `last` may show is over [s]: a push in it recurs in no other."""
+    end = last + SPAN
+    return float(np.max(loud[loud[:, 0] < end, 1], initial=end))
 
 
 def _edges(t: Array, t0: float) -> Index | None:
