@@ -57,18 +57,24 @@ def test_a_swing_has_its_frequency_at_the_steps_of_its_recorder(
     assert np.isclose(line.frequency, frequency, atol=0.1)
 
 
-@pytest.mark.parametrize(("sways", "told"), [(0.04, 4.5), (0.004, 13.5)])
+@pytest.mark.parametrize(
+    ("sways", "before", "told"), [(0.04, False, 4.5), (0.004, False, 13.5), (0.04, True, 13.5)]
+)
 def test_a_swing_below_the_band_is_told_by_what_friction_makes_of_it_as_what_it_is(
-    shop: Shop, sways: float, told: float
+    shop: Shop, sways: float, before: bool, told: float
 ) -> None:
-    """Friction turns over with the joint and makes a line; one that hardly sways rings at that."""
+    """Friction turns over with the joint and makes a line; one that hardly sways rings at that.
+
+    So does one that swayed as much before, by its program.
+    """
     ear = Oscillation(space(shop.fit), 0.01, read_rules().fast.controller_instability)
-    sound = 0.002 * np.random.default_rng(24).standard_normal((3, 90, 6))
-    usual, lines = ear.search.look(ear.init().usual[0], 0.9, T, sound)
-    assert not lines
+    noise = 0.002 * np.random.default_rng(24).standard_normal((3, 90, 6))
     slow, third = (np.sin(2.0 * np.pi * of * T) for of in (4.5, 13.5))
-    rings = sound.copy()
-    rings[..., 2] += np.array([third, 2.0 * slow + third, sways * slow + 0.008 * third])
+    motion, rings = noise.copy(), noise.copy()
+    motion[1:, :, 2] += np.array([2.0 * slow, sways * slow])
+    rings[..., 2] = motion[..., 2] + np.array([third, third, 0.008 * third])
+    usual, lines = ear.search.look(ear.init().usual[0], 0.9, T, motion if before else noise)
+    assert not lines
     [line] = ear.search.look(usual, 0.9, T, rings)[1]
     assert line.joint == 2 and np.isclose(line.frequency, told, atol=0.1)
     assert np.allclose(line.sizes, 2.0 if told < 5.0 else 1.0, atol=0.3)

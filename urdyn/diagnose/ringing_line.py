@@ -91,7 +91,7 @@ class LineSearch:
         out = ratio[TORQUES].max(axis=0)
         each = _together(seen)
         lines = [self._loudest(same, seen, t, signals, f=f, ratio=out) for same in each]
-        return after, [self._root(line, t, signals) for line in lines]
+        return after, [self._root(line, t, signals, f=f, ratio=ratio[SPEED]) for line in lines]
 
     def _frequencies(self, t: Array) -> Array:
         """Frequencies of a window's spectrum, (F,) [Hz]: a fixed number, by the rows' own step.
@@ -215,17 +215,25 @@ class LineSearch:
         sizes = course(torque[:, loudest], t, frequency)
         return Line(loudest, frequency, clearest.ratio, sizes)
 
-    def _root(self, line: Line, t: Array, signals: Array) -> Line:
+    def _root(self, line: Line, t: Array, signals: Array, f: Array, ratio: Array) -> Line:
         """The slow swing of which this line is an odd multiple, if it is one; or this line.
 
         Friction reverses with its joint, and so makes odd multiples of a swing too slow to be a
-        line itself: the joint then swings at that frequency, and faster than at the multiple.
+        line itself: the joint then swings at that frequency, and faster than at the multiple. A
+        program moves it at such frequencies too, but does so before the line is there.
+
+        Args:
+            f: frequencies, (F,) [Hz].
+            ratio: of speeds to the usual, (F, J).
         """
         v, torque = signals[SPEED, :, line.joint], signals[TORQUE, :, line.joint]
         width, speed = 1.0 / float(t[-1] - t[0]), amplitude(v, t, line.frequency)
         for order in ODD:
             frequency = refined(v, t, line.frequency / order, ROOT * width)
             if not 2.0 * width < frequency < self.rule.lowest + width:
+                continue
+            at = round(frequency / f[1])
+            if ratio[at - 1 : at + 2, line.joint].max() < HALVES:
                 continue
             whole, sizes = amplitude(v, t, frequency), course(torque, t, frequency)
             if whole > order * speed and lasts(course(v, t, frequency), whole, 0.0):
