@@ -8,9 +8,11 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from found import FOUND
 from shop import Shop
 from test_diagnosis_resumed import looking_on, readings
 
@@ -137,6 +139,15 @@ def test_a_run_is_told_all_that_its_findings_say(shop: Shop, tmp_path: Path) -> 
     told = summed(run)
     assert told.startswith("current sensors of 4 of 6 joints do not fail at once")
     assert told.count("make sure that this is this arm's twin") == 1
+
+
+def test_a_load_is_told_until_the_controller_is_set_to_it(shop: Shop, tmp_path: Path) -> None:
+    session = Session(Job(shop.fit, 0.01, read_rules(), tmp_path, 0, {}, {}))
+    load = replace(FOUND, kind="payload_change", joint=None, name="tool", severity="warning")
+    told = [load, replace(load, severity="critical"), FOUND]
+    for as_set in (False, True):
+        session.note(0, as_set)
+        assert session.untold(told) == [finding.plain() for finding in told[as_set:]]
 
 
 def test_who_interrupts_a_run_does_not_interrupt_its_diagnosis(begun, tmp_path: Path) -> None:
