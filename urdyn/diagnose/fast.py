@@ -83,21 +83,22 @@ class Fast:
         Args:
             carried: possible inertials at the tool, the likeliest first, (k, 10).
         """
-        ringing = self.oscillation.ringing(state.heard, float(rows.t[-1]))
+        now = float(rows.t[-1])
         torn = self.sensors.torn(rows)
         if np.count_nonzero(torn):
             rows = replace(rows, current=np.where(torn, np.nan, rows.current))
-        sensors, sick, ill = self.sensors.step(state.sensors, rows, torn, ringing)
+        perhaps = self.oscillation.perhaps(state.heard, now)
+        sensors, sick, ill = self.sensors.step(state.sensors, rows, torn, perhaps)
         doubted = ill | self.sensors.unsteady(sensors)
         quiet, pushes = self.collision.step(state.quiet, rows, carried, doubted)
         heard, rings = self.oscillation.step(state.heard, rows, ill)
-        doubted = doubted | self.oscillation.ringing(heard, float(rows.t[-1]))
+        ringing = self.oscillation.ringing(heard, now)
         swung = self.oscillation.swung(heard)
         reversals, gaps, open_now = self.backlash.step(
             state.reversals,
             rows,
             tool=carried[0],
-            ill=doubted,
+            ill=doubted | ringing,
             swung=swung,
             loud=quiet.loud,
         )

@@ -42,7 +42,8 @@ class Ring:
 
     last: float = -np.inf  # [s] when last detected
     frequency: float = 0.0  # [Hz]
-    since: float = 0.0  # [s]
+    since: float = 0.0  # [s] by which it has lasted
+    first: float = 0.0  # [s] when it began, silences included
     within: float = 0.0  # [s] uncertainty of that
     joint: int = 0  # the one with most torque
     course: Course = ()  # [N·m] its recent amplitudes
@@ -123,12 +124,16 @@ class Oscillation:
         rings[[r.whose for r in state.rings if r.whose is not None and t - r.last < AGAIN]] = True
         return rings
 
+    def perhaps(self, state: Heard, t: float) -> Mask:
+        """Joints that ring at t [s], or may: a line was detected lately, (J,)."""
+        return np.asarray(t - self.swung(state)[1] < AGAIN)
+
     def swung(self, state: Heard) -> Array:
         """From when to when joints ring, or may, (2, J) [s]; inf to -inf where they do not."""
         span = np.repeat([[np.inf], [-np.inf]], self.space.joints, axis=1)
         for ring in state.rings:
             begin, end = span[:, ring.joint]
-            span[:, ring.joint] = min(begin, ring.since - ring.within), max(end, ring.last)
+            span[:, ring.joint] = min(begin, ring.first - ring.within), max(end, ring.last)
         return span
 
     def step(self, state: Heard, rows: Rows, ill: Mask) -> tuple[Heard, list[Event]]:
@@ -242,7 +247,7 @@ class Oscillation:
         return Event(
             kind="controller_instability",
             joint=ring.joint,
-            onset=ring.since,
+            onset=ring.first,
             alarm=ring.last,
             size=size,
             size_sd=self._unsure(ring, size, sd if clear else None) if seen else float("nan"),
@@ -275,6 +280,11 @@ class Oscillation:
 
 
 def _begun(state: Heard, line: Line, t: Array, window: float) -> Ring:
-    """A line detected for the first time."""
-    whose = state.ring.whose if t[-1] - state.ring.last < AGAIN else None
-    return Ring(since=float(t[0]), within=WITHIN * window, joint=line.joint, whose=whose)
+    """A line detected for the first time, or after a silence."""
+    begin, silent = float(t[0]), float(t[-1]) - AGAIN
+    whose = state.ring.whose if state.ring.last > silent else None
+    new = Ring(since=begin, first=begin, within=WITHIN * window, joint=line.joint, whose=whose)
+    before = state.like(line, silent, silent)
+    if before is None or before.joint != line.joint:
+        return new
+    return replace(new, first=before.first, within=before.within)

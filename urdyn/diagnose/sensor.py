@@ -146,7 +146,7 @@ class SensorHealth:
         Args:
             rows: without the invalid values.
             torn: where these are, (N, J); single lost values are added here.
-            ringing: joints whose loop is known to ring, (J,): their sensors do not count as noisy.
+            ringing: joints whose loop rings, or may, (J,): their sensors do not count as noisy.
         """
         torn = torn | signs.lapses(state.last, rows.current)
         clipped = state.again >= CLIPS
