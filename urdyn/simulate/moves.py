@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -13,16 +14,22 @@ from urdyn.simulate.limits import Limits, comfortable
 from urdyn.simulate.trajectory import Trajectory, blocks, grid
 from urdyn.types import Array
 
-RAMP = 1.0 / 3.0  # [-] share of a move's time that each of its two ramps takes
-PEAK_VELOCITY = 1.0 / (1.0 - RAMP)  # [-] of the unit move
-PEAK_ACCELERATION = 1.5 * PEAK_VELOCITY / RAMP  # [-] of the unit move
-PEAK_JERK = 6.0 * PEAK_VELOCITY / RAMP**2  # [-] of the unit move
+RAMP = 1.0 / 3.0  # [-] share of a move's time that each of its two ramps takes, usually
 PACES = (1.0, 1.25, 1.6, 2.0, 3.0)  # [-] of a move's time, tried until its torque is allowed
 TRIES = 100  # goals drawn before giving up
 FINE = np.linspace(0.0, 1.0, 61)[:, None]  # [-] of its time, where a move's limits are verified
 
-
 ENDS = ("start", "goal")
+Each = TypeVar("Each", float, Array)
+
+
+def unit_peaks(ramp: Each) -> tuple[Each, Each, Each]:
+    """Largest velocity, acceleration and jerk of the unit move [-], each in the shape of ramp."""
+    velocity = 1.0 / (1.0 - ramp)
+    return velocity, 1.5 * velocity / ramp, 6.0 * velocity / ramp**2
+
+
+PEAK_VELOCITY, PEAK_ACCELERATION, _ = unit_peaks(RAMP)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +40,7 @@ class Move:
     duration: float  # [s]
     start: Array  # (J,) [rad]
     goal: Array  # (J,) [rad]
+    ramp: float = RAMP  # [-] up to 1/2, with which its velocity is never constant
 
     @property
     def end(self) -> float:
@@ -60,18 +68,19 @@ class Moves:
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """q, v, a at times (N,) [s], each (N, J)."""
-        begin, lasting = np.array([(m.begin, m.duration) for m in self.moves]).T[:, :, None]
+        when = np.array([(m.begin, m.duration, m.ramp) for m in self.moves])
+        begin, lasting, ramp = when.T[:, :, None]
         start, goal = (np.array([getattr(m, name) for m in self.moves]) for name in ENDS)
         i = np.maximum(np.searchsorted(begin[:, 0], t, side="right") - 1, 0)
         u = np.clip((t[:, None] - begin[i]) / lasting[i], 0.0, 1.0)
-        q, v, a = along(u, lasting[i], start[i], goal[i])
+        q, v, a = along(u, lasting[i], start[i], goal[i], ramp[i])
         return q, v, a
 
     def peaks(self) -> tuple[Array, Array, Array]:
         """Upper bounds of |v|, |a| and |jerk|, (J,) each."""
         way = np.array([np.abs(m.goal - m.start) for m in self.moves])
-        lasting = np.array([[m.duration] for m in self.moves])
-        unit = (PEAK_VELOCITY, PEAK_ACCELERATION, PEAK_JERK)
+        lasting, ramp = np.array([(m.duration, m.ramp) for m in self.moves]).T[:, :, None]
+        unit = unit_peaks(ramp)
         v, a, jerk = ((peak * way / lasting**n).max(axis=0) for n, peak in enumerate(unit, 1))
         return v, a, jerk
 
@@ -84,24 +93,27 @@ def one_after_the_other(moves: Sequence[Move], t: Array) -> Trajectory:
     return Trajectory(t, *motion)
 
 
-def along(u: Array, duration: Array | float, start: Array, goal: Array) -> tuple[Array, ...]:
+def along(
+    u: Array, duration: Array | float, start: Array, goal: Array, ramp: Array | float = RAMP
+) -> tuple[Array, ...]:
     """q, v, a of a move at the shares `u` (N, 1) [-] of its duration [s], each (N, J)."""
-    s, ds, dds = unit_move(u)
+    s, ds, dds = unit_move(u, ramp)
     way = goal - start
     return start + way * s, way * ds / duration, way * dds / duration**2
 
 
-def unit_move(u: Array) -> tuple[Array, Array, Array]:
+def unit_move(u: Array, ramp: Array | float = RAMP) -> tuple[Array, Array, Array]:
     """From 0 to 1 in unit time: a trapezoid of velocity whose ramps are 3 x² - 2 x³.
 
     Returns position, velocity and (continuous) acceleration, in the shape of u in [0, 1].
     """
     mirrored = np.minimum(u, 1.0 - u)
-    x = np.minimum(mirrored / RAMP, 1.0)
-    ramp = RAMP * (x**3 - 0.5 * x**4) + np.maximum(mirrored - RAMP, 0.0)
-    place = PEAK_VELOCITY * np.where(u == mirrored, ramp, 1.0 / PEAK_VELOCITY - ramp)
-    slope = PEAK_VELOCITY * x * x * (3.0 - 2.0 * x)
-    bend = PEAK_VELOCITY * 6.0 * x * (1.0 - x) / RAMP
+    x = np.minimum(mirrored / ramp, 1.0)
+    way = ramp * (x**3 - 0.5 * x**4) + np.maximum(mirrored - ramp, 0.0)
+    peak = 1.0 / (1.0 - ramp)
+    place = peak * np.where(u == mirrored, way, 1.0 - ramp - way)
+    slope = peak * x * x * (3.0 - 2.0 * x)
+    bend = peak * 6.0 * x * (1.0 - x) / ramp
     return place, slope, np.where(u == mirrored, bend, -bend)
 
 

@@ -7,7 +7,8 @@ period = 19.998                 # [s]
 middle = [...]                  # [rad] per joint
 sine = [[...], ...]             # [rad] one row per harmonic
 cosine = [[...], ...]
-[[motion.move]]                 # in place of the series: begin, duration [s], start, goal [rad]
+[[motion.move]]                 # in place of the series: begin, duration [s], start, goal [rad],
+                                # ramp [-], share of its time in which it gathers speed
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import numpy as np
 from urdyn.errors import InputError
 from urdyn.io import load_toml
 from urdyn.simulate.fourier import Series
-from urdyn.simulate.moves import Move, Moves
+from urdyn.simulate.moves import RAMP, Move, Moves
 from urdyn.simulate.trajectory import Trajectory, blocks
 from urdyn.types import Array
 
@@ -36,7 +37,7 @@ def motion_document(path: Series | Moves, duration: float, rate: float) -> dict[
         series = {"middle": path.middle, "sine": path.sine, "cosine": path.cosine}
         return head | {"period": path.period} | series
     moves = [
-        {"begin": m.begin, "duration": m.duration, "start": m.start, "goal": m.goal}
+        {"begin": m.begin, "duration": m.duration, "start": m.start, "goal": m.goal, "ramp": m.ramp}
         for m in path.moves
     ]
     return head | {"move": moves}
@@ -72,7 +73,11 @@ def _moves(tables: Any, joints: int, duration: float) -> list[Move]:
     for count, table in enumerate(tables, start=1):
         start, goal = _rows({"ends": [table.get("start"), table.get("goal")]}, "ends", joints)
         move = Move(
-            _number(table, "begin", duration), _number(table, "duration", LONGEST), start, goal
+            begin=_number(table, "begin", duration),
+            duration=_number(table, "duration", LONGEST),
+            start=start,
+            goal=goal,
+            ramp=_number({"ramp": RAMP, **table}, "ramp", 0.5),
         )
         follows = at is None or bool(np.array_equal(at, start))
         if move.begin < end or move.end > duration or not follows:
