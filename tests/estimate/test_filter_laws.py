@@ -156,6 +156,20 @@ def test_the_information_of_a_log_does_not_depend_on_its_order() -> None:
     np.testing.assert_allclose(forwards.mean[-1], dense @ stacked.T @ y[:, 0] / 0.1, rtol=1e-9)
 
 
+def test_an_information_filter_is_kalmans_beside_precise_sensors() -> None:
+    """Which know two of three directions to a millionth of the prior's sd.
+
+    The prior's precision is 1e-12 of the greatest, in sums rounded by 1e-16 of that and a few times
+    over: the third direction is known to a thousandth of its sd, and the others as well as ever.
+    """
+    rng, noise = np.random.default_rng(10), 1e-6
+    H, y = rng.standard_normal((2, 3)), rng.standard_normal((1, 2))
+    model = still(rng.standard_normal(3), np.eye(3), H, noise**2 * np.eye(2))
+    found, wanted = (track(f, model, ticks(1), y) for f in (InformationFilter(), Kalman()))
+    np.testing.assert_allclose(found.mean, wanted.mean, atol=1e-3)
+    np.testing.assert_allclose(found.mean @ H.T, wanted.mean @ H.T, atol=1e-3 * noise)
+
+
 @pytest.mark.parametrize("seed", range(30))
 def test_the_information_filter_is_kalmans_or_refuses(seed: int) -> None:
     """Some states, sensors or combinations have no variance, of which a precision says nothing."""
