@@ -5,10 +5,19 @@ from __future__ import annotations
 import os
 import pty
 import signal
+from collections.abc import Iterator
 
 import pytest
 
 from urdyn.cli.ending import ended_by
+
+
+@pytest.fixture(autouse=True)
+def _at_a_terminal() -> Iterator[None]:
+    """These tests may themselves be run under nohup."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
@@ -23,12 +32,9 @@ def test_afterwards_signals_mean_what_they_did_before(number: signal.Signals) ->
 
 
 def test_a_terminal_that_is_closed_does_not_end_what_nohup_began() -> None:
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    try:
-        with ended_by(lambda: pytest.fail("ended")):
-            signal.raise_signal(signal.SIGHUP)
-    finally:
-        signal.signal(signal.SIGHUP, before)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    with ended_by(lambda: pytest.fail("ended")):
+        signal.raise_signal(signal.SIGHUP)
 
 
 def test_who_is_ended_by_a_closed_terminal_may_still_speak() -> None:

@@ -235,7 +235,7 @@ def test_a_load_that_turns_over_while_its_joint_swings_tells_of_no_gap(shop: Sho
         for at in range(0, len(motion.t) - 125, 125):
             part = np.arange(at, at + 125)
             state, rows = diagnosis._rows(state, motion.rows(part, ()), s[part], travelled[part])
-            how = np.zeros(10), np.zeros(6, dtype=bool), swung
+            how = np.zeros(10), np.zeros(6, dtype=bool), swung, np.zeros((0, 2))
             reversals, events, _ = tester.step(reversals, rows, *how)
             found += events
         return reversals, [event.joint for event in found]

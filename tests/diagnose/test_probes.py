@@ -55,6 +55,7 @@ def test_the_probe_of_a_joint_shows_a_milliradian(
             tool=np.zeros(10),
             ill=np.zeros(arm.joints, dtype=bool),
             swung=np.full((2, arm.joints), np.nan),
+            loud=np.zeros((0, 2)),
         )
     row = Observability(test.space, test.rule).of(state, test.needed)[joint]
     assert row["observable"], row
