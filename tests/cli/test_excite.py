@@ -161,6 +161,7 @@ def test_a_cell_that_is_wrong_is_told_in_one_line(tmp_path, text, words):
             "20",
         ),
         (("--robot", "ur5", "--out", "o", "--velocity", 2), 1, "--velocity"),
+        (("--robot", "ur5", "--out", "o", "--acceleration", 14), 1, "the maker allows 13.96"),
         (("--robot", "ur5", "--out", "o", "--interest", "knee"), 1, "known are"),
         (
             ("--robot", "ur5", "--out", "o", "--payload-mass", 90, "--duration", 6),

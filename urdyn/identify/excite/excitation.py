@@ -24,7 +24,7 @@ from urdyn.model.dynamics import Dynamics
 from urdyn.progress import Progress, silent
 from urdyn.simulate import Payload
 from urdyn.simulate.fourier import HARMONICS, PERIOD, Series
-from urdyn.simulate.limits import Limits, comfortable
+from urdyn.simulate.limits import Limits, comfortable, rated
 from urdyn.simulate.moves import Moves
 from urdyn.simulate.trajectory import Trajectory, grid
 from urdyn.simulate.written import LONGEST
@@ -153,12 +153,23 @@ def completed(
 
 
 def bearable(point: Dynamics, wished: Limits | None) -> Limits:
-    """The limits wished for, with the torque that an arm's friction and rotors leave."""
+    """The limits wished for, with the torque that an arm's friction and rotors leave.
+
+    Raises:
+        InputError: the arm has no limits, or its maker allows less than is wished for.
+    """
     limits, drive = wished or comfortable(point.arm), point.drive
     told = np.isfinite(limits.velocity) & np.isfinite(limits.torque)
     if not told.all():
         free = point.arm.joint_names[int(told.argmin())]
         raise InputError(f"{free} has no limits of velocity and effort; write them into its URDF")
+    for name, unit in (("velocity", "rad/s"), ("acceleration", "rad/s²")):
+        asked, most = getattr(limits, name), getattr(rated(point.arm), name)
+        j = int(np.argmax(asked / most))
+        if not asked[j] <= most[j]:
+            joint = point.arm.joint_names[j]
+            words = f"{name} of {asked[j]:.4g} {unit}: the maker allows {most[j]:.4g}"
+            raise InputError(f"{joint}: {words}; ask for less")
     lost = (
         drive.coulomb + drive.viscous * limits.velocity + drive.rotor_inertia * limits.acceleration
     )
