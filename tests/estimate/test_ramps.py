@@ -178,6 +178,17 @@ def test_a_ramp_against_the_direction_is_followed_but_later() -> None:
     assert (untold["f.rate"][30:] > told["f.rate"][30:]).all()
 
 
+def test_the_later_an_onset_is_expected_the_less_a_level_is_taken_for_a_ramp() -> None:
+    """Noise without a ramp, and its mirror image: what is believed of the rate is false."""
+    y = 0.02 * np.random.default_rng(40).standard_normal(STEPS)
+    soon, late = (
+        np.array([follow_ramp(x, 0.02, expected=e)["f.rate"] for x in (y, -y)])
+        for e in (40.0, 350.0)
+    )
+    # Its hazard is nine times less, and so are the odds of a ramp; of small odds, the belief.
+    assert 0.0 < late.mean() < 0.5 * soon.mean()
+
+
 @pytest.mark.parametrize(
     "settings", [{"sigma": 0.0}, {"sigma": np.nan}, {"dt": 0.0}, {"dt": -1.0}, {"direction": 2}]
 )

@@ -85,14 +85,16 @@ def follow_ramp(
     level: Gaussian | None = None,
     dt: float = 1.0,
     steepest: float | None = None,
+    expected: float = EXPECTED,
 ) -> Track:
     """A parameter that may ramp, from its noisy readings y, (N,), NaN where there is none.
 
     The arguments are those of `ramp_model` and `ramp_bank`. Prior knowledge of the level and of the
-    steepest ramp helps where ramps are slow relative to the noise.
+    steepest ramp helps where ramps are slow relative to the noise; that of the time until an onset
+    where it is long, for until then noise is taken for ramps as often as onsets are expected.
     """
     readings = given_numbers(y, "readings y")[..., None]
-    bank, model = ramp_bank(sigma, direction, dt, steepest), ramp_model(sigma, level)
+    bank, model = ramp_bank(sigma, direction, dt, steepest, expected), ramp_model(sigma, level)
     return track(bank, model, [Tick(dt)] * len(readings), readings)
 
 
