@@ -26,6 +26,7 @@ from urdyn.diagnose.memory import Memory
 from urdyn.diagnose.offline import diagnose
 from urdyn.diagnose.pace import BEAT, Pace
 from urdyn.diagnose.prognosis import FAN, Course, trend
+from urdyn.diagnose.recall import Series
 from urdyn.diagnose.rules import Rules, read_rules
 from urdyn.diagnose.session import Session
 from urdyn.diagnose.state import Now, State
@@ -498,16 +499,24 @@ def test_a_severity_does_not_flicker_at_its_level(
     assert (warned.severity, told.severity, told.size) == ("warning", now, size)
 
 
-def test_a_change_has_the_size_of_the_last_block_that_tells_it(shop: Shop) -> None:
-    """Once one that may as well be nothing was critical, at +0.3 % ± 181 %."""
+def found_then(
+    shop: Shop, kind: str, size: float, sd: float, series: Series, now: float
+) -> Finding:
+    """A change of this kind and size that was found at 5 s, as its series has it `now` [s]."""
     diagnosis = shop.diagnosis(shop.log(seconds=2.0))
     of = diagnosis.slow.of
-    k = next(k for k, s in enumerate(of.each) if s.kind.name == "sensor_gain")
-    change = Change(k, 0.0, (-1.0, 1.0), (-1.0, 1.0), 5.0, 0.99, 9.0, 0.78, 0.02, 0.0, 0.0)
+    k = next(k for k, s in enumerate(of.each) if s.kind.name == kind)
+    change = Change(k, 0.0, (-1.0, 1.0), (-1.0, 1.0), 5.0, 0.99, 9.0, size, sd, 0.0, 0.0)
     found = of_change(change, of, diagnosis.space, diagnosis.rules, [])
+    (then,) = up_to_date([found], {k: of.each[k]}, {k: series}, diagnosis.space, now, {k: 0.0})
+    return then
+
+
+def test_a_change_has_the_size_of_the_last_block_that_tells_it(shop: Shop) -> None:
+    """Once one that may as well be nothing was critical, at +0.3 % ± 181 %."""
     before, blind, told = (-2.5, 0.0, 0.03), (12.5, -0.003, 1.1), (7.5, 0.6, 0.03)
     for series, size in (([before], 0.78), ([before, blind], 0.78), ([told, blind], 0.6)):
-        (now,) = up_to_date([found], {k: of.each[k]}, {k: series}, diagnosis.space, 15.0, {k: 0.0})
+        now = found_then(shop, "sensor_gain", 0.78, 0.02, series, 15.0)
         assert (now.severity, now.size) == ("critical", -size) and now.size_sd < 0.1
 
 
@@ -542,13 +551,8 @@ def test_every_rival_of_a_change_has_a_name_of_its_own(shop: Shop) -> None:
 
 
 def test_friction_that_falls_below_its_first_day_is_no_failure_to_come(shop: Shop) -> None:
-    diagnosis = shop.diagnosis(shop.log(seconds=2.0))
-    of = diagnosis.slow.of
-    k = next(k for k, s in enumerate(of.each) if s.kind.name == "friction_increase")
-    change = Change(k, 0.0, (-1.0, 1.0), (-1.0, 1.0), 5.0, 0.99, 9.0, 0.3, 0.01, 0.0, 0.0)
-    told = of_change(change, of, diagnosis.space, diagnosis.rules, [])
-    falling = {k: [(10.0 * n, 0.3 - 0.1 * n, 0.01) for n in range(9)]}
-    (now,) = up_to_date([told], {k: of.each[k]}, falling, diagnosis.space, 85.0, {k: 0.0})
+    falling = [(10.0 * n, 0.3 - 0.1 * n, 0.01) for n in range(9)]
+    now = found_then(shop, "friction_increase", 0.3, 0.01, falling, 85.0)
     assert now.size < -0.3 and now.severity == "notice"
     assert now.forecast is None and now.time_to_failure_s is None
 
