@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
 import numpy as np
 import pytest
 
@@ -9,6 +13,7 @@ from urdyn.errors import ArmError, InputError
 from urdyn.model.arm import load_arm, read_arm
 from urdyn.model.cell import STANDING, Cell, Solid, Wall, floor
 from urdyn.model.collision import collider, free
+from urdyn.model.solids import geometry
 
 ARMS = ("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur16e", "ur20", "ur30")
 UPRIGHT = np.array([0.0, -np.pi / 2, 0.0, -np.pi / 2, 0.0, 0.0])
@@ -108,10 +113,38 @@ def test_a_lower_floor_frees_more_poses(ur10e):
     assert (high == free(ur10e, q, STANDING)).all()
 
 
+BALL = '<sphere radius="0.058" />'  # of a UR10e's forearm
+FACETS = "".join(
+    "facet normal 0 0 0\n outer loop\n" + "".join(f"  vertex {v}\n" for v in corners) + " endloop\n"
+    "endfacet\n"
+    for corners in itertools.combinations(("0 0 0", "0.1 0 0", "0 0.1 0", "0 0 0.1"), 3)
+)
+
+
+@pytest.mark.parametrize("name", ["meshes/pyramid.stl", "../a & 'b'/meshes/pyramid.stl"])
+def test_meshes_lie_beside_the_urdf_that_names_them(ur10e, tmp_path, monkeypatch, name):
+    folder = tmp_path / "a & 'b'"
+    (folder / "meshes").mkdir(parents=True)
+    (folder / "meshes" / "pyramid.stl").write_text(f"solid pyramid\n{FACETS}endsolid pyramid\n")
+    text = ur10e.urdf.replace(BALL, f"<mesh filename={quoteattr(name)}/>")
+    (folder / "arm.urdf").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    found = load_arm(Path(folder.name, "arm.urdf"))
+    monkeypatch.chdir("/")
+    # Also out of a file that is elsewhere, such as a twin's.
+    whole = geometry(read_arm(found.urdf), STANDING)
+    assert any("pyramid" in thing.meshPath for thing in whole.geometryObjects)
+
+
 def test_an_arm_whose_shape_nobody_knows_is_refused(ur10e):
-    meshes = ur10e.urdf.replace('<sphere radius="0.058" />', '<mesh filename="package://a/b.stl"/>')
-    with pytest.raises(ArmError, match="collision shapes cannot be read"):
+    meshes = ur10e.urdf.replace(BALL, '<mesh filename="package://a/b.stl"/>')
+    with pytest.raises(
+        ArmError, match=r"b\.stl could not be found; .* that ROS_PACKAGE_PATH lists"
+    ):
         collider(read_arm(meshes))
+    lost = ur10e.urdf.replace(BALL, '<mesh filename="/nowhere/b.stl"/>')
+    with pytest.raises(ArmError, match=r"^[^\n]*cannot be read: Could not load [^\n]*$"):
+        collider(read_arm(lost))
     bare = ur10e.urdf.replace("collision>", "skipped>")
     with pytest.raises(ArmError, match="'shoulder_link' has no collision shape"):
         collider(read_arm(bare))

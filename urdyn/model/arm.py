@@ -8,11 +8,13 @@ All functions broadcast over the leading axes of q, v, a, each (..., J) [rad, ra
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import escape
 
 import numpy as np
 import pinocchio as pin
@@ -31,6 +33,8 @@ NEEDED = {
     "inertial": ("origin", "mass", "inertia"),
     "joint": ("origin", "parent", "child", "axis", "limit"),
 }
+# What stands before a mesh's name that is relative: no path from /, no package:// and no file://.
+RELATIVE = re.compile(r"""<mesh\s[^>]*?\bfilename\s*=\s*["'](?!/|\w+://)""")
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +52,7 @@ class Arm:
     velocity_limit: Array  # (J,) [rad/s]; inf where the file has none, or 0
     effort_limit: Array  # (J,) [N m]; inf where the file has none, or 0
     inertials: Array  # (J, 10) m, mx, my, mz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the joint's frame
-    urdf: str = field(repr=False)  # the file's text, whatever the inertials are now
+    urdf: str = field(repr=False)  # the file's text, whatever the inertials are now; meshes located
     tool: str  # "tool0", or the last moving link where there is none
     _model: Any = field(repr=False)
     _data: Any = field(repr=False)
@@ -193,9 +197,18 @@ def load_arm(robot: str | Path) -> Arm:
     """An arm of the library by its name, or any serial chain by the path of its URDF."""
     path = find(robot)
     try:
-        return read_arm(read_text(path), path.stem)
+        return read_arm(_located(read_text(path), path.absolute().parent), path.stem)
     except ArmError as error:
         raise ArmError(f"{path}: {error}") from None
+
+
+def _located(urdf: str, folder: Path) -> str:
+    """The text with names of meshes that are relative to its `folder` made absolute.
+
+    It goes into other files, in other folders: there such names would mean nothing.
+    """
+    home = escape(f"{folder}/", {'"': "&quot;", "'": "&apos;"})
+    return RELATIVE.sub(lambda found: found[0] + home, urdf)
 
 
 def described(arm: Arm) -> dict[str, str]:

@@ -24,7 +24,11 @@ def geometry(arm: Arm, cell: Cell) -> Any:
     try:
         drawn = pin.buildGeomFromUrdfString(arm._model, arm.urdf, pin.GeometryType.COLLISION)
     except (ValueError, RuntimeError) as error:
-        raise ArmError(f"{arm.name}: its collision shapes cannot be read: {error}") from None
+        why = " ".join(str(error).rpartition("message: ")[2].split()).rstrip(".")  # in one line
+        raise ArmError(
+            f"{arm.name}: its collision shapes cannot be read: {why}; "
+            "package:// is sought in the folders that ROS_PACKAGE_PATH lists"
+        ) from None
     whole = pin.GeometryModel()
     for thing in _rounded(list(drawn.geometryObjects)):
         whole.addGeometryObject(thing)
