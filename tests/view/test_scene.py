@@ -81,6 +81,14 @@ def test_published_meshes_move_as_they_do_in_their_own_description(name, rng):
             np.testing.assert_allclose(here, there, atol=1e-6)
 
 
+def test_a_prefix_of_its_names_does_not_change_how_an_arm_looks():
+    arm = load_arm("ur5")
+    prefixed = read_arm(re.sub(r'((?<!robot )name|link)="', r'\1="left_', arm.urdf))
+    for bare, other in zip(shapes(arm), shapes(prefixed), strict=True):
+        assert (other.link, other.joint) == (f"left_{bare.link}", bare.joint)
+        np.testing.assert_array_equal(other.vertices, bare.vertices)
+
+
 def moved(pose, points):
     return points @ pose[:3, :3].T + pose[:3, 3]
 

@@ -20,7 +20,13 @@ CB3 = ("ur3", "ur5", "ur10")  # arms whose controllers send every 8 ms; the othe
 
 def cycle(arm: Arm) -> float:
     """Time between two packages of an arm's controller [s]."""
-    return 0.008 if arm.name in CB3 else 0.002
+    return 0.008 if _is_cb3(arm) else 0.002
+
+
+def _is_cb3(arm: Arm) -> bool:
+    from urdyn.model.ur_type import ur_type
+
+    return ur_type(arm) in CB3
 
 
 def serve_log(
@@ -32,7 +38,7 @@ def serve_log(
     """
     from urdyn.io.rtde import play, serve
 
-    server = serve(play(log, loop=True), host, port, "cb3" if arm.name in CB3 else "e")
+    server = serve(play(log, loop=True), host, port, "cb3" if _is_cb3(arm) else "e")
     ended, rate = threading.Event(), 1.0 / cycle(arm)
     with server, ended_by(ended.set):
         voice.note(

@@ -16,6 +16,7 @@ from urdyn.errors import InputError
 from urdyn.faults.decision import Costs
 from urdyn.io.document import load_toml
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.ur_type import ur_type
 from urdyn.types import Array
 
 JOINT_STATES = ("f", "alpha", "beta", "z", "k", "o", "rotor")
@@ -132,7 +133,7 @@ class Rules:
     fast: FastRules
     costs: Costs  # for recommending a service
     named: Mapping[str, Sequence[int]]  # by kind, right findings of campaigns, and all
-    rated: Mapping[str, float]  # largest payload by the arm's name, tool included [kg]
+    rated: Mapping[str, float]  # largest payload by the arm's name or UR type, tool included [kg]
 
     @property
     def jump(self) -> float:
@@ -146,7 +147,9 @@ class Rules:
 
     def slow_of(self, dynamics: Dynamics) -> tuple[SlowKind, ...]:
         """The slow kinds for an arm: a payload above its rating is critical."""
-        left = self.rated.get(dynamics.arm.name, np.inf) - float(dynamics.payload[0])
+        arm = dynamics.arm
+        rated = self.rated.get(arm.name, self.rated.get(ur_type(arm), np.inf))
+        left = rated - float(dynamics.payload[0])
         return tuple(
             replace(kind, critical=max(left, kind.warning)) if np.isinf(kind.critical) else kind
             for kind in self.slow

@@ -33,6 +33,7 @@ NEEDED = {
     "inertial": ("origin", "mass", "inertia"),
     "joint": ("origin", "parent", "child", "axis", "limit"),
 }
+FIRST = "shoulder_pan_joint"  # by UR's naming
 # What stands before a mesh's name that is relative: no path from /, no package:// and no file://.
 RELATIVE = re.compile(r"""<mesh\s[^>]*?\bfilename\s*=\s*["'](?!/|\w+://)""")
 
@@ -53,7 +54,8 @@ class Arm:
     effort_limit: Array  # (J,) [N m]; inf where the file has none, or 0
     inertials: Array  # (J, 10) m, mx, my, mz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the joint's frame
     urdf: str = field(repr=False)  # the file's text, whatever the inertials are now; meshes located
-    tool: str  # "tool0", or the last moving link where there is none
+    prefix: str  # of UR's names of joints and links; "" where they are bare, or another maker's
+    tool: str  # tool0, or the last moving link where there is none
     _model: Any = field(repr=False)
     _data: Any = field(repr=False)
 
@@ -223,11 +225,13 @@ def read_arm(urdf: str, name: str = "arm") -> Arm:
     chain = read_chain(root)
     model = _build(root, chain)
     links = tuple(body[0] for body in chain.bodies)
+    joints = tuple(joint.name for joint in chain.joints)
+    prefix = next((name.removesuffix(FIRST) for name in joints if name.endswith(FIRST)), "")
     inertials = np.array([inertia.toDynamicParameters() for inertia in model.inertias[1:]])
     _check_bodies(links, inertials)
     return Arm(
         name=chain.name or name,
-        joint_names=tuple(joint.name for joint in chain.joints),
+        joint_names=joints,
         link_names=links,
         lower=np.array([joint.lower for joint in chain.joints]),
         upper=np.array([joint.upper for joint in chain.joints]),
@@ -235,7 +239,10 @@ def read_arm(urdf: str, name: str = "arm") -> Arm:
         effort_limit=np.array([joint.effort for joint in chain.joints]),
         inertials=inertials,
         urdf=urdf,
-        tool="tool0" if "tool0" in chain.frames else links[-1],
+        prefix=prefix,
+        tool=next(
+            (tool for tool in (f"{prefix}tool0", "tool0") if tool in chain.frames), links[-1]
+        ),
         _model=model,
         _data=model.createData(),
     )
@@ -259,7 +266,7 @@ def _with_masses(inertials: Array) -> Mask:
 def controller_base(arm: Arm) -> Array:
     """transform_base_to_root (4, 4): UR's `base`, or the root where none is described."""
     try:
-        return arm.pose(np.zeros(arm.joints), "base")
+        return arm.pose(np.zeros(arm.joints), f"{arm.prefix}base")
     except ArmError:
         return np.eye(4)
 

@@ -17,6 +17,7 @@ from urdyn.model.arm import Arm
 from urdyn.model.consistency import inertials, log_cholesky
 from urdyn.model.drive import Drive
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.ur_type import ur_type
 from urdyn.types import Array, frozen
 
 # Joint sizes by rated torque [N·m]. Gains and friction are those that controllers of a UR3e and a
@@ -156,9 +157,10 @@ def _power_law(log_torque: Array, values: tuple[float, ...]) -> Array:
 
 def _gain(arm: Arm, by_size: Array) -> Spread:
     """Logarithms of drive gains, (J,): of arms of this type, else of joints of this size."""
-    identified = IDENTIFIED_GAIN.get(arm.name, ())
+    kind = ur_type(arm)
+    identified = IDENTIFIED_GAIN.get(kind, ())
     mean = np.log(identified) if len(identified) == len(by_size) else by_size
-    sized = GAIN_SPREAD if arm.name in MEASURED else SIZE_SPREAD
+    sized = GAIN_SPREAD if kind in MEASURED else SIZE_SPREAD
     known = (arm.effort_limit > RATED_TORQUE[0] / 2) & (arm.effort_limit < RATED_TORQUE[-1] * 1.2)
     return Spread(mean, np.where(known, sized, UNRATED_SPREAD), True)
 

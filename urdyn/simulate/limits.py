@@ -83,7 +83,8 @@ def comfortable(
         acceleration: of every joint [rad/s²].
     """
     middle = 0.5 * (arm.lower + arm.upper)
-    wished = [UPRIGHT.get(name, m) for name, m in zip(arm.joint_names, middle, strict=True)]
+    names = [name.removeprefix(arm.prefix) for name in arm.joint_names]
+    wished = [UPRIGHT.get(name, m) for name, m in zip(names, middle, strict=True)]
     swing = np.minimum(EXCURSION / SHARE_OF_RANGE, 0.5 * (arm.upper - arm.lower))
     middle = np.clip(wished, arm.lower + swing, arm.upper - swing)
     room = SHARE_OF_RANGE * np.minimum(middle - arm.lower, arm.upper - middle)

@@ -14,6 +14,7 @@ import numpy as np
 
 from urdyn.model.arm import Arm, controller_base
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.ur_type import ur_type
 from urdyn.simulate.schedule import Course
 from urdyn.types import Array, Motion
 
@@ -25,7 +26,7 @@ TENSOR = np.array([[4, 5, 7], [5, 6, 8], [7, 8, 9]])  # of inertials, in Pinocch
 
 def has_force_sensor(arm: Arm) -> bool:
     """Whether there is a sensor at the flange, as from the e-Series on."""
-    return SENSING.fullmatch(arm.name) is not None
+    return SENSING.fullmatch(ur_type(arm)) is not None
 
 
 def wrenches(dynamics: Dynamics, course: Course, motion: Motion) -> dict[str, Array]:

@@ -70,10 +70,11 @@ def published(arm: Arm) -> dict[str, list[Any]]:
     path = folder / "urdf" / f"{arm.name}_robot.urdf"
     theirs = _urdf(path.read_text(encoding="utf-8"), graph=True)
     placed: dict[str, list[Any]] = {}
-    for name in ("base_link", *arm.link_names):
-        there = np.asarray(theirs.get_transform(name, "base_link"))
+    for name in (f"{arm.prefix}base_link", *arm.link_names):
+        their = name.removeprefix(arm.prefix)
+        there = np.asarray(theirs.get_transform(their, "base_link"))
         here = arm.pose(np.zeros(arm.joints), name)
-        meshes = list(_visuals(theirs.link_map[name], folder))
+        meshes = list(_visuals(theirs.link_map[their], folder))
         for mesh in meshes:
             mesh.apply_transform(np.linalg.inv(here) @ there)
         placed[name] = meshes
