@@ -204,6 +204,26 @@ PENDULUM = """<robot name="pendulum">
 </robot>"""
 
 
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "continuous"])
+@pytest.mark.parametrize(
+    ("soft", "narrowed"),
+    [
+        ('k_velocity="9"', (None, None)),
+        ('k_velocity="9" soft_lower_limit="-0.5"', (-0.5, None)),
+        ('k_velocity="9" soft_lower_limit="-9" soft_upper_limit="0.7"', (None, 0.7)),
+    ],
+)
+def test_a_joint_moves_within_its_soft_limits(
+    kind: str, soft: str, narrowed: tuple[float | None, float | None]
+) -> None:
+    text = PENDULUM.replace("revolute", kind)
+    hard = read_arm(text)
+    arm = read_arm(text.replace("</joint>", f"<safety_controller {soft}/></joint>"))
+    lower, upper = narrowed
+    assert arm.lower == (hard.lower if lower is None else lower)
+    assert arm.upper == (hard.upper if upper is None else upper)
+
+
 def test_a_jacobian_of_one_joint_is_one_column() -> None:
     arm, q = read_arm(PENDULUM), np.array([[0.3], [0.4]])
     turning = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])[:, None]  # about the bob's own frame
@@ -322,6 +342,10 @@ BROKEN = {
     "centre in the plane": (edited('xyz="0.1 0.2 0.3"', 'xyz="0.1 0.2"'), "not a vector"),
     "floating joint": (edited("revolute", "floating"), "type 'floating'"),
     "no limit": (re.sub("<limit[^>]*>", "", PENDULUM), "'pivot' has no <limit>"),
+    "soft limits outside": (
+        edited("</joint>", '<safety_controller soft_lower_limit="1"/></joint>'),
+        "no room to move: its limits are 1 and 1",
+    ),
     "limits swapped": (edited('lower="-1" upper="1"', 'lower="1" upper="-1"'), "no room"),
     "no speed limit": (edited('velocity="6"', ""), "velocity"),
     "no axis": (edited('"1 0 0"', '"0 0 0"'), "axis"),

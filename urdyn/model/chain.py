@@ -116,17 +116,26 @@ def _joint(element: ET.Element) -> Joint:
 def _limits(element: ET.Element, kind: str, what: str) -> tuple[float, float, float, float]:
     """Lower, upper, velocity, effort; exporters write 0 for a missing one of the last two."""
     if kind == "continuous" and element.find("limit") is None:
-        return -TURN, TURN, math.inf, math.inf
+        return *_within(element, -TURN, TURN, what), math.inf, math.inf
     limit = _require(element, "limit", what)
     velocity, effort = (_number(limit, k, what) or math.inf for k in ("velocity", "effort"))
     if velocity < 0.0 or effort < 0.0:
         raise ArmError(f"{what} has a negative limit of velocity or effort; write 0 for none")
     if kind == "continuous":
-        return -TURN, TURN, velocity, effort
+        return *_within(element, -TURN, TURN, what), velocity, effort
     lower, upper = (_number(limit, key, what, "0") for key in ("lower", "upper"))
+    return *_within(element, lower, upper, what), velocity, effort
+
+
+def _within(element: ET.Element, lower: float, upper: float, what: str) -> tuple[float, float]:
+    """Limits of angle, and the soft ones within them where those are given."""
+    soft = element.find("safety_controller")
+    if soft is not None:  # beyond soft limits a controller pushes back
+        lower = max(lower, _number(soft, "soft_lower_limit", what, str(lower)))
+        upper = min(upper, _number(soft, "soft_upper_limit", what, str(upper)))
     if lower >= upper:
         raise ArmError(f"{what} has no room to move: its limits are {lower:g} and {upper:g}")
-    return lower, upper, velocity, effort
+    return lower, upper
 
 
 def _check_inertial(link: ET.Element) -> None:
