@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -105,6 +106,15 @@ def test_bigger_joints_have_more_inertia_and_friction(ur10e: Arm) -> None:
     order = np.argsort(ur10e.effort_limit, kind="stable")
     for name in ("rotor_inertia", "coulomb", "viscous"):
         assert (np.diff(population(ur10e).drive[name].typical[order]) >= 0.0).all()
+
+
+def test_a_servo_has_less_inertia_and_friction_the_smaller_it_is(ur5e: Arm) -> None:
+    """Also far below the joints that were measured: there is no step."""
+    ratings = np.array([0.1, 0.3, 1.0, 1.1, 10.0])  # [N·m]
+    arms = [replace(ur5e, effort_limit=np.full(6, rating)) for rating in ratings]
+    for name in ("gain", "rotor_inertia", "coulomb", "viscous"):
+        typical = np.array([population(arm).drive[name].typical[0] for arm in arms])
+        assert (np.diff(typical) > 0.0).all(), name
 
 
 def test_gains_of_a_type_that_was_identified_are_those() -> None:

@@ -142,8 +142,7 @@ def population(arm: Arm) -> Population:
 
 def rated_torque(arm: Arm) -> Array:
     """Rated torque of each joint, (J,) [N·m]; ANY_TORQUE where the description does not give it."""
-    # Exporters without a limit write 0, or a very large number.
-    told = (arm.effort_limit > RATED_TORQUE[0] / 10) & (arm.effort_limit < RATED_TORQUE[-1] * 10)
+    told = arm.effort_limit < RATED_TORQUE[-1] * 10  # without one, exporters write huge numbers
     return np.where(told, arm.effort_limit, ANY_TORQUE)
 
 
