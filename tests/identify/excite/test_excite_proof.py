@@ -162,8 +162,17 @@ def test_a_box_in_the_way_is_named(ur10e, found):
 @pytest.mark.parametrize("limit", ["velocity", "effort"])
 def test_nothing_is_proven_of_an_arm_that_tells_no_limit(ur10e, limit):
     unrated = read_arm(re.sub(f'{limit}="[^"]*"', f'{limit}="0"', ur10e.urdf))
-    with pytest.raises(InputError, match="shoulder_pan_joint has no limits"):
+    with pytest.raises(InputError, match="shoulder_pan_joint lacks a limit of velocity or effort"):
         excite(unrated)
+
+
+def test_a_velocity_limit_that_is_none_is_doubted_as_much_as_the_effort(ur10e):
+    """An exporter's placeholder: at such a speed friction takes more than any motor gives."""
+    placeholder = read_arm(re.sub('velocity="[^"]*"', 'velocity="1000"', ur10e.urdf))
+    with pytest.raises(
+        InputError, match=r"at 900 rad/s, .* limits of effort and velocity right\?$"
+    ):
+        excite(placeholder)
 
 
 def test_a_motion_on_its_limit_is_not_proven_for_ever(ur10e):

@@ -162,7 +162,7 @@ def bearable(point: Dynamics, wished: Limits | None) -> Limits:
     told = np.isfinite(limits.velocity) & np.isfinite(limits.torque)
     if not told.all():
         free = point.arm.joint_names[int(told.argmin())]
-        raise InputError(f"{free} has no limits of velocity and effort; write them into its URDF")
+        raise InputError(f"{free} lacks a limit of velocity or effort; write both into its URDF")
     for name, unit in (("velocity", "rad/s"), ("acceleration", "rad/s²")):
         asked, most = getattr(limits, name), getattr(rated(point.arm), name)
         j = int(np.argmax(asked / most))
@@ -175,8 +175,12 @@ def bearable(point: Dynamics, wished: Limits | None) -> Limits:
     )
     left = (point.arm.effort_limit - lost) / (1.0 + drive.structural)
     if not (left > 0.0).all():
-        weak = point.arm.joint_names[int(left.argmin())]
-        raise InputError(f"{weak} is too weak for its own friction; is its effort limit right?")
+        j = int(left.argmin())
+        words = f"friction and rotor take {lost[j]:.4g} N·m at {limits.velocity[j]:.4g} rad/s"
+        raise InputError(
+            f"{point.arm.joint_names[j]} is too weak for itself: {words}, its limit of effort is "
+            f"{point.arm.effort_limit[j]:.4g} N·m; are its limits of effort and velocity right?"
+        )
     return replace(limits, torque=np.minimum(limits.torque, left))
 
 
