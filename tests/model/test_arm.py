@@ -308,6 +308,7 @@ SECOND = """<link name="other"><inertial><mass value="1"/>
   <joint name="second" type="revolute"><parent link="ground"/><child link="other"/>
   <axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="5" velocity="6"/></joint></robot>"""
 LAUGHS = '<!DOCTYPE robot [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;">]>'
+XACRO = "http://www.ros.org/wiki/xacro"
 INERTIAL = re.compile("<inertial>.*</inertial>", re.DOTALL)
 
 
@@ -325,7 +326,13 @@ BROKEN = {
         '<!DOCTYPE r [<!ENTITY a SYSTEM "file:///etc/hostname">]>' + edited("pendulum", "&a;"),
         "DOCTYPE",
     ),
-    "an empty robot": ("<robot/>", "root link"),
+    "an empty robot": ("<robot/>", "has no links"),
+    "a xacro": (
+        edited(
+            '<link name="ground"/>', f'<x:macro xmlns:x="{XACRO}"><link name="ground"/></x:macro>'
+        ),
+        "is a xacro, not yet a URDF",
+    ),
     "no joint": (re.sub("<joint.*</joint>", "", PENDULUM, flags=re.DOTALL), "root link"),
     "only fixed joints": (edited("revolute", "fixed"), "no joint that moves"),
     "two branches": (edited("</robot>", SECOND), "branches at pivot, second"),

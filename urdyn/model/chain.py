@@ -58,6 +58,8 @@ def parse(text: str) -> ET.Element:
         raise ArmError(f"is not XML: {error}") from None
     if root.tag != "robot":
         raise ArmError(f"is not a URDF: its root is <{root.tag}>, not <robot>")
+    if any("xacro}" in str(element.tag) for element in root.iter()):  # in any of its namespaces
+        raise ArmError("is a xacro, not yet a URDF; `xacro FILE > arm.urdf` makes one of it")
     return root
 
 
@@ -189,6 +191,8 @@ def _finite(text: str, what: str) -> float:
 
 def _root(links: tuple[str, ...], joints: list[Joint]) -> str:
     """The one link that has no parent."""
+    if not links:
+        raise ArmError("has no links; of several xacro files, take the one that calls the others")
     for joint in joints:
         for link in (joint.parent, joint.child):
             if link not in links:
