@@ -15,6 +15,7 @@ from urdyn.report.digits import interval90, number
 from urdyn.report.evidence import PARTLY, SEEN, UNSEEN, pool, seen
 from urdyn.report.identify.comparison import compare, share_inside
 from urdyn.report.identify.friction_curve import friction, friction_curve
+from urdyn.report.identify.summary import identified as identified_numbers
 from urdyn.report.identify.tables import identify_table, truth_table, validate_table
 from urdyn.report.terminal import terminal_table
 from urdyn.report.traces import downsample, spectrum
@@ -129,6 +130,25 @@ def test_tables_render_whatever_a_log_is_called(case):
     assert "[red]odd[b].csv" in shown
     for words in ("shoulder pan", "sensor floor", "upper arm", "±", "yes"):
         assert words in shown
+
+
+def test_friction_that_builds_up_with_speed_is_told_by_what_there_is_at_rest(case):
+    """Not by a Coulomb term that is only reached at speed, and is hardly known."""
+    fit, pan = case.fit, "shoulder_pan_joint"
+    drive = fit.dynamics.drive
+    f, g = float(drive.coulomb[0]), -0.5 * float(drive.coulomb[0])
+    at = fit.parameters.names.index(f"{pan}.stribeck")
+    values = np.where(np.arange(len(fit.parameters)) == at, g, fit.parameters.values)
+    stribeck = np.where(np.arange(6) == 0, g, drive.stribeck)
+    dynamics = replace(fit.dynamics, drive=replace(drive, stribeck=stribeck))
+    terms = (frozenset({"stribeck"}), *fit.terms[1:])
+    parameters = replace(fit.parameters, values=values)
+    fit = replace(fit, dynamics=dynamics, parameters=parameters, terms=terms)
+    pan_row = [str(next(iter(column.cells))) for column in identify_table(fit).columns]
+    assert pan_row[1] == interval90(f + g, fit.friction(0.0).sd[0])
+    assert f"builds up by {number(-g)} N·m" in pan_row[-1]
+    told = identified_numbers(fit, 1.0)["joints"][0]["friction_at_rest"]
+    assert told == {"value": f + g, "sd": fit.friction(0.0).sd[0], "unit": "N·m"}
 
 
 def test_tables_render_whatever_an_arm_is_called(case):

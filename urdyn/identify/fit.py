@@ -10,6 +10,7 @@ import numpy as np
 from urdyn.given import given_a
 from urdyn.identify.noise import Noise
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.friction import fading
 from urdyn.types import Array, Gaussian, Parameters, Source, frozen, index_of
 
 TINY = 1e-9  # [kg]
@@ -59,6 +60,38 @@ class Fit:
     def spread(self, name: str) -> float:
         """Its posterior standard deviation."""
         return float(self.sd[index_of(name, self.parameters.names, "parameter")])
+
+    def friction(self, speed: float) -> Gaussian:
+        """Friction of every joint that slides without a load, (J,) [N·m].
+
+            F(v) = f + g exp(-|v| / v_s) + alpha |v|,    F(0): friction at rest
+
+        Better known than its terms, which trade off: f and g most of all.
+
+        Args:
+            speed: of every joint [rad/s].
+        """
+        drive, slopes = self.dynamics.drive, self.of_friction(speed)
+        left = fading(np.full(len(slopes), speed), drive)
+        mean = drive.coulomb + drive.stribeck * left + drive.viscous * abs(speed)
+        return Gaussian(mean, slopes @ self.belief.cov @ slopes.T)
+
+    def of_friction(self, speed: float) -> Array:
+        """Derivative of `friction` in the unconstrained coordinates, (J, P)."""
+        drive, joints, v = self.dynamics.drive, self.dynamics.arm.joint_names, abs(speed)
+        left = fading(np.full(len(joints), v), drive)
+        by_field = {
+            "coulomb": drive.coulomb,
+            "viscous": drive.viscous * v,
+            "stribeck": left,
+            "stribeck_velocity": drive.stribeck * left * v / drive.stribeck_velocity,
+        }
+        slopes = np.zeros((len(joints), len(self.names)))
+        for field, slope in by_field.items():
+            for j, joint in enumerate(joints):
+                if (name := f"{joint}.{field}") in self.names:
+                    slopes[j, self.names.index(name)] = slope[j]
+        return slopes
 
     def informed(self, name: str) -> float:
         """How much of the prior's variance the data removed: 0 nothing, 1 all.

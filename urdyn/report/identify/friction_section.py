@@ -54,7 +54,9 @@ def _why() -> str:
     return (
         "Values ± 90 % interval; small: prior, and the share of its variance that the data "
         "removed. Stribeck, gear ripple and thermal terms are in a joint’s model only if they "
-        f"make the data {odds:.0f} times likelier, and predict current that is held out of the fit."
+        f"make the data {odds:.0f} times likelier, and predict current held out of the fit. "
+        "Friction at rest is f + g, known better than either; where g is negative, friction builds "
+        "up with speed."
     )
 
 
@@ -116,14 +118,16 @@ def _samples(fit: Fit, scores: Sequence[Score], j: int) -> list[go.Scatter]:
 
 
 def _coefficients(fit: Fit) -> Html:
-    names = fit.dynamics.arm.joint_names
+    names, rest = fit.dynamics.arm.joint_names, fit.friction(0.0)
+    at_rest = map(interval90, rest.mean.tolist(), rest.sd.tolist())
     rows = [
         [cell(label, shown(q, UNITS[q])[1]), *(_coefficient(fit, joint, q) for joint in names)]
         for q, label in QUANTITIES.items()
         if q == "gain" or any(fit.spread(f"{joint}.{q}") for joint in names)
     ]
     models = [text(" + ".join(terms(fit, j)) or "none") for j in range(len(names))]
-    return table(["", *joints(fit)], [*rows, [text("optional terms kept"), *models]])
+    first = [cell("friction at rest", "N·m"), *map(text, at_rest)]
+    return table(["", *joints(fit)], [first, *rows, [text("optional terms kept"), *models]])
 
 
 def _coefficient(fit: Fit, joint: str, quantity: str) -> Html:

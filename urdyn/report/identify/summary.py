@@ -49,7 +49,10 @@ def _joint(fit: Fit, joint: int) -> dict[str, Any]:
     quantities = (*FRICTION, "presliding_distance", *optional, *shape)
     warm = float(fit.dynamics.drive.temperature[joint])  # at which viscous friction is quoted
     said = {"name": name, "terms": optional, "temperature_c": None if math.isnan(warm) else warm}
-    return said | {quantity: quantity_of(fit, f"{name}.{quantity}") for quantity in quantities}
+    at_rest = fit.friction(0.0)
+    rest = {"value": float(at_rest.mean[joint]), "sd": float(at_rest.sd[joint]), "unit": "N·m"}
+    rows = {quantity: quantity_of(fit, f"{name}.{quantity}") for quantity in quantities}
+    return said | {"friction_at_rest": rest} | rows
 
 
 def quantity_of(fit: Fit, name: str) -> dict[str, Any]:

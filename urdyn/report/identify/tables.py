@@ -15,15 +15,18 @@ from urdyn.report.identify.comparison import Comparison, Truth, compare
 from urdyn.report.names import TERMS, joints, robot, spoken, terms, title
 from urdyn.report.terminal import terminal_table
 
-DRIVE = {"coulomb": "Coulomb", "viscous": "viscous", "rotor_inertia": "rotor", "gain": "gain"}
-TRUTHS = (*DRIVE, "structural", "offset", "mass")
+DRIVE = {"viscous": "viscous", "rotor_inertia": "rotor", "gain": "gain"}
+TRUTHS = ("coulomb", *DRIVE, "structural", "offset", "mass")
 
 
 def identify_table(fit: Fit) -> Table:
-    """Friction and mass of every joint and the link that it moves, each ± its 90 % interval."""
-    heads = [f"{word}\n[{UNITS[q]}]" for q, word in DRIVE.items()]
-    columns = ["joint", *heads, "link mass\n[kg]", "in-\nformed", "terms"]
-    arm, rows = fit.dynamics.arm, []
+    """Friction, drive and link mass of every joint, each ± its 90 % interval.
+
+    Friction is told at rest: where it builds up with speed, no motion tells f itself.
+    """
+    drives = (f"{word}\n[{UNITS[q]}]" for q, word in DRIVE.items())
+    heads = ("joint", "friction at\nrest [N·m]", *drives, "link mass\n[kg]", "in-\nformed", "terms")
+    arm, at_rest, rows = fit.dynamics.arm, fit.friction(0.0), []
     for j, (joint, link) in enumerate(zip(arm.joint_names, arm.link_names, strict=True)):
         drive = [_estimate(fit, f"{joint}.{q}") for q in DRIVE]
         mass = f"{link}.mass"
@@ -31,15 +34,17 @@ def identify_table(fit: Fit) -> Table:
         if "stribeck" in fit.terms[j]:
             words = words.replace(TERMS["stribeck"], _stribeck(fit, joint))
         carried = (_estimate(fit, mass), percent(fit.informed(mass)))
-        rows.append((spoken(joint), *drive, *carried, words))
-    return terminal_table(f"{robot(fit)}: estimates ± 90 %", columns, rows)
+        rest = interval90(float(at_rest.mean[j]), float(at_rest.sd[j]))
+        rows.append((spoken(joint), rest, *drive, *carried, words))
+    return terminal_table(f"{robot(fit)}: estimates ± 90 %", heads, rows)
 
 
 def _stribeck(fit: Fit, joint: str) -> str:
-    """The friction added at rest, and the velocity at which most of it is gone."""
+    """The friction that fades or builds up with speed, and the velocity by which most of it has."""
     size, speed = fit.value(f"{joint}.stribeck"), fit.value(f"{joint}.stribeck_velocity")
     units = UNITS["stribeck"], UNITS["stribeck_velocity"]
-    return f"{TERMS['stribeck']} {number(size)} {units[0]}, {number(speed)} {units[1]}"
+    word = TERMS["stribeck"] if size > 0.0 else "builds up by"
+    return f"{word} {number(abs(size))} {units[0]}, {number(speed)} {units[1]}"
 
 
 def _estimate(fit: Fit, name: str) -> str:
