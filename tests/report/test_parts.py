@@ -151,6 +151,10 @@ def test_friction_that_builds_up_with_speed_is_told_by_what_there_is_at_rest(cas
     assert told == {"value": f + g, "sd": fit.friction(0.0).sd[0], "unit": "N·m"}
 
 
+def test_every_truth_that_is_counted_is_printed(case):
+    assert truth_table(case.fit, case.truth).row_count == len(compare(case.fit, case.truth))
+
+
 def test_tables_render_whatever_an_arm_is_called(case):
     """Of `[/x]` rich takes the end of a style that never began."""
     dynamics = case.fit.dynamics

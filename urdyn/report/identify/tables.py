@@ -16,7 +16,6 @@ from urdyn.report.names import TERMS, joints, robot, spoken, terms, title
 from urdyn.report.terminal import terminal_table
 
 DRIVE = {"viscous": "viscous", "rotor_inertia": "rotor", "gain": "gain"}
-TRUTHS = ("coulomb", *DRIVE, "structural", "offset", "mass")
 
 
 def identify_table(fit: Fit) -> Table:
@@ -73,9 +72,9 @@ def validate_table(scores: Sequence[Score], fit: Fit) -> Table:
 
 
 def truth_table(fit: Fit, truth: Truth) -> Table:
-    """Joint friction and link masses: truth, estimate ± 90 %, and whether they agree."""
+    """All that was estimated: truth, estimate ± 90 %, and whether they agree."""
     heads = ("", "quantity", "unit", "truth", "estimate", "z", "inside")
-    rows = (_agreement(c) for c in compare(fit, truth) if c.quantity in TRUTHS)
+    rows = map(_agreement, compare(fit, truth))
     return terminal_table("truth and estimate ± 90 %", heads, rows, 3)
 
 
