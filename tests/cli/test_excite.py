@@ -81,6 +81,8 @@ def test_the_page_shows_the_motion_and_both_spreads(done):
     page = (out / "report.html").read_text()
     for words in ("UR5 · excitation", "Pose over time", "Velocities", "sd before → after", "10 %"):
         assert words in page
+    # Angles, velocities and accelerations go both ways up to their limits, torques are magnitudes.
+    assert page.count('"y0":100.0') == 4 and page.count('"y0":-100.0') == 3
     assert "https://" not in page.split("<script>")[0]
 
 

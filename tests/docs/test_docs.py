@@ -67,6 +67,11 @@ def test_the_docs_build_without_a_warning(tmp_path):
     assert len(keys) > 10 and all(f'id="{key}"' in sources for key in keys)
 
 
+def test_sources_are_in_the_order_of_their_keys():
+    keys = re.findall(r"^\* \[(\w+)\]", READMES[0].read_text(encoding="utf-8"), re.M)
+    assert keys and keys == sorted(keys)
+
+
 def test_every_page_is_in_the_navigation():
     told = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     for page in PAGES:

@@ -17,6 +17,7 @@ from urdyn.report.identify.comparison import compare, share_inside
 from urdyn.report.identify.friction_curve import friction, friction_curve
 from urdyn.report.identify.summary import identified as identified_numbers
 from urdyn.report.identify.tables import identify_table, truth_table, validate_table
+from urdyn.report.names import spoken
 from urdyn.report.terminal import terminal_table
 from urdyn.report.traces import downsample, spectrum
 from urdyn.types import Source
@@ -66,6 +67,14 @@ def test_a_weekend_between_two_motions_leaves_their_spectrum_as_it_is():
 )
 def test_an_interval_has_the_digits_that_it_deserves(value, sd, words):
     assert interval90(value, sd) == words
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("shoulder_pan_joint", "shoulder pan"), ("base_link_inertia", "base")],
+)
+def test_a_part_is_spoken_of_without_what_its_drawing_adds(name, words):
+    assert spoken(name) == words
 
 
 def test_numbers_say_when_there_is_none():

@@ -41,8 +41,12 @@ def capital(words: str) -> str:
 
 
 def spoken(name: str) -> str:
-    """The spoken name of a joint or link: "shoulder_pan_joint" is "shoulder pan"."""
-    return name.removesuffix("_joint").removesuffix("_link").replace("_", " ")
+    """The spoken name of a joint or link: "shoulder_pan_joint" is "shoulder pan".
+
+    UR's URDF calls the base "base_link_inertia".
+    """
+    name = name.removesuffix("_inertia").removesuffix("_joint").removesuffix("_link")
+    return name.replace("_", " ")
 
 
 def joints(fit: Fit) -> list[str]:

@@ -87,30 +87,25 @@ def _motion(found: Excitation) -> Html:
     rows, limits, names = found.trajectory, found.ask.limits, found.arm.joint_names
     assert limits is not None
     torque = found.question.point.arm.torque(rows.q, rows.v, rows.a, found.question.point.loaded())
-    share = 100.0 * np.abs(torque) / limits.torque
     plots = [
-        plot(_lines(found, rows.q, "angle [rad]"), "Angles"),
-        plot(
-            _lines(found, 100.0 * rows.v / limits.velocity, "% of the limit", 100.0), "Velocities"
-        ),
-        plot(
-            _lines(found, 100.0 * rows.a / limits.acceleration, "% of the limit", 100.0),
-            "Accelerations",
-        ),
-        plot(_lines(found, share, "% of the limit", 100.0), "Torques", "of rigid bodies"),
+        plot(_lines(found, (rows.q - limits.middle) / limits.room), "Angles", "from the middle"),
+        plot(_lines(found, rows.v / limits.velocity), "Velocities"),
+        plot(_lines(found, rows.a / limits.acceleration), "Accelerations"),
+        plot(_lines(found, np.abs(torque) / limits.torque), "Torques", "of rigid bodies"),
     ]
     colours = {spoken(n): c for n, c in joint_colours(names).items()}
     lead = "Every joint over time; dashed, what it may not exceed."
     return section("The motion", lead, key(colours), grid(*plots, kind="two"))
 
 
-def _lines(found: Excitation, y: Array, unit: str, limit: float = 0.0) -> go.Figure:
-    traces, t = [], found.trajectory.t
+def _lines(found: Excitation, share: Array) -> go.Figure:
+    """Shares of the joints' limits [-] over time, and where these are."""
+    traces, t, y = [], found.trajectory.t, 100.0 * share
     for j, (name, colour) in enumerate(joint_colours(found.arm.joint_names).items()):
         some = downsample(y[:, j], DRAWN)
         traces.append(line(t[some], y[some, j], spoken(name), colour))
-    sides = (limit, -limit) if y.min() < 0.0 else (limit,)
-    return figure(traces, "time [s]", unit, shapes=[rule(y=s) for s in sides] if limit else [])
+    sides = (100.0, -100.0) if y.min() < 0.0 else (100.0,)
+    return figure(traces, "time [s]", "% of the limit", shapes=[rule(y=side) for side in sides])
 
 
 def _spreads(found: Excitation) -> Html:
