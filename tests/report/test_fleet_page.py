@@ -39,8 +39,9 @@ def table(
     """
     columns = {"t": T}
     for joint in JOINTS:
-        ends = (friction, health) if joint == "elbow_joint" else (1.0, 1.0)
-        for name, start, end in zip(("coulomb", "health"), (5.0, 1.0), ends, strict=True):
+        worn, left = (friction, health) if joint == "elbow_joint" else (1.0, 1.0)
+        every = (("friction", 5.0, worn), ("coulomb", 3.0, worn), ("health", 1.0, left))
+        for name, start, end in every:
             columns[f"{joint}.{name}"] = start * np.linspace(1.0, end, ROWS)
             columns[f"{joint}.{name}.sd"] = np.full(ROWS, 0.002 * start)
     columns |= {"elbow_joint.zero": slip * (T > 600.0), "elbow_joint.zero.sd": np.full(ROWS, 5e-4)}
@@ -400,7 +401,7 @@ def test_the_json_says_what_the_page_says(folders):
     }
     assert f"{first['history_s']:.0f} s of history" in shown(folders).replace("\u00a0", " ")
     assert weak["joints"][1]["health"] == pytest.approx(0.7)
-    assert not weak["joints"][1]["health_steady"] and weak["joints"][0]["health_steady"]
+    assert [joint["health_state"] for joint in weak["joints"]] == ["steady", "changed"]
 
 
 def test_how_surely_an_arm_lasts_is_told_where_its_diagnosis_says_so(folders):
@@ -445,12 +446,15 @@ def test_a_run_in_which_nothing_was_compared_is_not_called_steady(tmp_path):
 def test_a_joint_that_nobody_could_observe_is_not_said_to_be_as_commissioned(tmp_path):
     folder = robot(tmp_path / "blind", findings=[])
     blind = table()
-    for quantity, sd in (("coulomb", 2.5), ("health", 0.5)):
+    for quantity, sd in (("friction", 2.5), ("health", 0.5)):
         name = f"elbow_joint.{quantity}.sd"
         blind = blind.set_column(blind.column_names.index(name), name, [np.full(ROWS, sd)])
     pq.write_table(blind, folder / "history.parquet")
-    told = sentence(gather([folder], NOW, DAY).robots[0])
-    assert "every joint but elbow, of which too little was seen, are as commissioned" in told
+    fleet = gather([folder], NOW, DAY)
+    states = [joint["friction_state"] for joint in told(fleet)["robots"][0]["joints"]]
+    assert states == ["steady", "unsure"]
+    said = sentence(fleet.robots[0])
+    assert "every joint but elbow, of which too little was seen, are as commissioned" in said
 
 
 def test_what_nobody_diagnosed_is_not_called_steady(tmp_path):
@@ -463,7 +467,7 @@ def test_what_nobody_diagnosed_is_not_called_steady(tmp_path):
     page = shown(asked)
     assert ">not diagnosed<" in page and page.index("raw/report") < page.index("calm/report")
     worn = gather([robot(tmp_path / "worn", friction=1.5)], NOW, DAY).robots[0]
-    assert sentence(worn).startswith("Not diagnosed. Changed: elbow Coulomb friction +50 %")
+    assert sentence(worn).startswith("Not diagnosed. Changed: elbow friction +50 %")
 
 
 @pytest.mark.parametrize(("slip", "told"), [(-0.0015, False), (-0.023, True)])

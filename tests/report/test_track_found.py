@@ -103,7 +103,7 @@ def test_a_page_judges_by_the_levels_of_the_owners_own_rules(tmp_path):
     )
     table["elbow_joint.zero"] -= np.where(table["t"] > table["t"][3000], 0.023, 0.0)
     for joint in JOINTS:  # shows a half, and not a quarter
-        table[f"{joint}.coulomb.sd"] = 0.15 * table[f"{joint}.coulomb"]
+        table[f"{joint}.friction.sd"] = 0.15 * table[f"{joint}.friction"]
     run = History((write(tmp_path / "history.parquet", table),))
     house, plant = (
         track_page(run, summary(**diagnosed(rules=r))) for r in (HOUSE, read_rules(own))
@@ -343,13 +343,13 @@ def test_a_change_has_no_digit_that_nobody_measured(share, words):
 def test_what_is_large_and_unsure_is_not_called_steady(tmp_path):
     table = columns()
     rows = len(table["t"])
-    table["elbow_joint.viscous"] *= np.linspace(1.0, 0.9, rows)
-    table["elbow_joint.viscous.sd"] = np.full(rows, 0.8)
-    table["shoulder_joint.viscous"] *= np.linspace(1.0, 1.02, rows)
+    table["elbow_joint.friction"] *= np.linspace(1.0, 0.9, rows)
+    table["elbow_joint.friction.sd"] = np.full(rows, 0.9)
+    table["shoulder_joint.friction"] *= np.linspace(1.0, 1.02, rows)
     html = page(write(tmp_path / "history.parquet", table))
     assert said(html, "said").startswith("No change is sure: friction")
     assert "−0.7 sd, unsure" in html and html.count("unsure") >= 2
-    assert "+1.1 sd, steady" in html
+    assert "+1.3 sd, steady" in html
 
 
 def test_intervals_that_are_too_narrow_are_not_said_to_hold(tmp_path):

@@ -19,6 +19,7 @@ T = START + STEP * np.arange(ROWS)  # [s] as a controller stamps it
 JOINTS = ("shoulder_joint", "elbow_joint")
 COMMISSIONED = {  # mean and sd
     "coulomb": (5.0, 0.1),
+    "friction": (9.0, 0.1),
     "viscous": (8.0, 0.1),
     "structural": (0.1, 0.01),
     "health": (1.0, 0.01),
@@ -26,8 +27,8 @@ COMMISSIONED = {  # mean and sd
     "zero": (0.0, 3e-4),
 }
 UNITS = {
-    "coulomb": "N·m", "viscous": "N·m·s/rad", "offset": "N·m", "zero": "rad", "mass": "kg",
-    "mx": "kg·m",
+    "coulomb": "N·m", "friction": "N·m", "viscous": "N·m·s/rad", "offset": "N·m", "zero": "rad",
+    "mass": "kg", "mx": "kg·m",
 }  # fmt: skip
 PEAK = 7.5  # [A] of one sample
 WARNING, CRITICAL = 0.2, 0.5

@@ -29,11 +29,11 @@ FINDING = {
 }
 
 
-def snapshot(coulomb: float = 3.0, health: float = 1.0, sd: float = 1e-3) -> Snapshot:
-    mean = {joint: {"coulomb": 3.0, "health": 1.0} for joint in JOINTS}
-    mean["elbow_joint"] = {"coulomb": coulomb, "health": health}
-    spread = {joint: {"coulomb": sd, "health": sd} for joint in JOINTS}
-    units = {"coulomb": "N·m", "health": "-", "mass": "kg"}
+def snapshot(friction: float = 3.0, health: float = 1.0, sd: float = 1e-3) -> Snapshot:
+    mean = {joint: {"friction": 3.0, "health": 1.0} for joint in JOINTS}
+    mean["elbow_joint"] = {"friction": friction, "health": health}
+    spread = {joint: {"friction": sd, "health": sd} for joint in JOINTS}
+    units = {"friction": "N·m", "health": "-", "mass": "kg"}
     nothing = np.zeros(2)
     return Snapshot(
         "ur5e",
@@ -67,7 +67,7 @@ def test_a_limit_counts_once_it_is_surely_crossed(grade):
 
 def test_an_interval_holds_ninety_per_cent_as_everywhere():
     pan, _, _ = statuses(snapshot(sd=0.172), THREE)
-    assert dict(pan.values)["coulomb"] == "3 ± 0.28 N·m"  # 1.645 sd
+    assert dict(pan.values)["friction"] == "3 ± 0.28 N·m"  # 1.645 sd
 
 
 def test_findings_are_lines_of_their_joints():

@@ -8,6 +8,7 @@ import pytest
 
 from urdyn.dbn import Edge, figure2
 from urdyn.estimate import EKF, UKF
+from urdyn.model.friction import WORKING_SPEED
 from urdyn.signal import Instant
 from urdyn.tracking import Drift, tracking_model
 from urdyn.tracking.blocks import Blocks
@@ -89,6 +90,29 @@ def test_what_is_taken_for_known_is_doubted_where_quantities_are_told(workshop, 
     mean, sd = of.of(model.prior)
     told = [of.names.index(f"{j}.coulomb") for j in fit.dynamics.arm.joint_names]
     np.testing.assert_allclose(sd[told] / mean[told], np.sqrt(whole[at]), rtol=1e-9)
+
+
+def test_friction_is_as_sure_on_the_first_day_as_its_fit_and_another_day(workshop, model):
+    """All of it, at a working speed: what its terms trade off leaves it as it is."""
+    fit, of = workshop.fit, quantities(workshop.fit, model.observation)
+    drive, commissioned = fit.dynamics.drive, fit.friction(WORKING_SPEED)
+    at = [of.names.index(f"{j}.friction") for j in fit.dynamics.arm.joint_names]
+    mean, sd = of.of(model.prior)
+    by_day = DAY["f"] * drive.coulomb, DAY["alpha"] * drive.viscous * WORKING_SPEED
+    np.testing.assert_allclose(mean[at], commissioned.mean, rtol=1e-9)
+    np.testing.assert_allclose(sd[at], np.hypot(commissioned.sd, np.hypot(*by_day)), rtol=1e-6)
+
+
+@pytest.mark.parametrize("group", ["f", "alpha"])
+def test_friction_grows_by_whichever_of_its_terms_does(workshop, model, group):
+    """Half as much again of viscous friction is as much a change as that of Coulomb friction."""
+    fit, of = workshop.fit, quantities(workshop.fit, model.observation)
+    drive, worn = fit.dynamics.drive, np.array(model.prior.mean)
+    worn[model.observation.places[group]] += np.log(1.5)
+    more = 0.5 * (drive.coulomb if group == "f" else drive.viscous * WORKING_SPEED)
+    at = [of.names.index(f"{j}.friction") for j in fit.dynamics.arm.joint_names]
+    grown = of.of(Gaussian(worn, model.prior.cov))[0] - of.of(model.prior)[0]
+    np.testing.assert_allclose(grown[at], more, rtol=1e-9)
 
 
 def test_links_are_as_sure_on_the_first_day_as_their_fit(workshop, model):

@@ -41,7 +41,7 @@ def test_a_replayed_arm_stands_where_it_stood(tracked_run, shown):
 
 def test_what_is_shown_is_what_was_believed(tracked_run, shown):
     run, gain = find_history(tracked_run.out), tracked_run.fit.dynamics.drive.gain
-    friction, health = run.column("elbow_joint.coulomb"), run.column("elbow_joint.health")
+    friction, health = run.column("elbow_joint.friction"), run.column("elbow_joint.health")
     left = run.column("current_2") - run.column("predicted_2")
     np.testing.assert_allclose(shown.friction[:, 2], 100 * (friction / friction[0] - 1), atol=1e-9)
     np.testing.assert_allclose(shown.torque[:, 2], left * gain[2] * health)

@@ -16,6 +16,7 @@ from urdyn.faults.decision import Costs
 from urdyn.version import __version__
 
 WATCHED = {  # quantities of a history with judged changes, and the kind that judges each
+    "friction": "friction_increase",
     "coulomb": "friction_increase",
     "viscous": "viscous_friction",
     "health": "health_degradation",

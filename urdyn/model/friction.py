@@ -27,6 +27,7 @@ import numpy as np
 from urdyn.model.drive import FRICTION, Drive
 from urdyn.types import Array, Motion
 
+WORKING_SPEED = 0.5  # [rad/s] of a joint, mean at work
 TAIL_DISTANCE = 10.0  # [-] distance of the softer bristles over that of the stiffer ones
 FAMILIES = np.array([[1.0], [TAIL_DISTANCE]])
 GEAR_RATIO = 101.0  # [-] motor turns per joint turn of UR's strain-wave gears

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.friction import WORKING_SPEED
 from urdyn.model.population import population
 from urdyn.types import Array, frozen
 
@@ -25,7 +26,6 @@ LUBRICANT_LAG = 300.0  # [s]
 AMBIENT = 22.0  # [°C]
 IDLE_RISE = 6.0  # [K] due to electronics alone
 WORKING_RISE = 9.0  # [K] due to a typical joint's friction at WORKING_SPEED
-WORKING_SPEED = 0.5  # [rad/s], mean at work
 KAPPA = 0.014  # [1/K]: friction of UR arms falls by 15 to 25 % from cold to warm, over 12 to 20 K
 # From voltage and current in UR's joint test of a UR5e; a stronger motor has thicker wire.
 COPPER, COPPER_TORQUE = 0.17, 150.0  # [Ohm], [N·m] rating of its joint

@@ -16,6 +16,7 @@ from urdyn.io.ros2.talk import Seen, Voice, acknowledged, seen
 from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Status
 from urdyn.model.body import centre_of_mass
+from urdyn.model.friction import WORKING_SPEED
 from urdyn.tracking.health import STALE, doubted, stale, statuses
 from urdyn.tracking.physical import PAYLOAD
 from urdyn.tracking.progress import RunProgress
@@ -45,6 +46,7 @@ class Announcer:
 
     def __init__(self, fit: Fit, audience: Audience, serial: str = "") -> None:
         self._fit, self._audience, self._serial = fit, audience, serial
+        self._friction = fit.friction(WORKING_SPEED).mean
         self._newest: tuple[float, RunProgress, Snapshot] | None = None  # arrival [s] monotonic
         # (J,) [N·m/A] of drives, at their estimated health
         self._torque_per_ampere = fit.dynamics.drive.gain
@@ -101,8 +103,7 @@ class Announcer:
             if self._newest is None:
                 continue
             came, progress, snapshot = self._newest
-            coulomb = self._fit.dynamics.drive.coulomb
-            found = statuses(snapshot, coulomb, progress.findings, self._serial)
+            found = statuses(snapshot, self._friction, progress.findings, self._serial)
             self._told(self._hear, snapshot, found)
             age = 0.0 if progress.ended else time.monotonic() - came
             lines = self._lines(found, progress.doubt, age)

@@ -27,7 +27,7 @@ def statuses(
 
     Args:
         now: the arm as it is believed to be.
-        commissioned: Coulomb friction of the commissioned arm, (J,) [N·m].
+        commissioned: friction of the commissioned arm, (J,) [N·m].
         findings: as in findings.json.
         serial: number of the arm.
     """
@@ -62,12 +62,12 @@ def _joint(now: Snapshot, joint: str, commissioned: float, serial: str) -> Statu
     mean, sd = now.mean[joint], now.sd[joint]
     # A limit counts as crossed where 95 % of the belief lies beyond it.
     at_most = mean["health"] + NORMAL90 * sd["health"]
-    at_least = (mean["coulomb"] - NORMAL90 * sd["coulomb"]) / commissioned
+    at_least = (mean["friction"] - NORMAL90 * sd["friction"]) / commissioned
     level, message = Level.OK, WELL
     for grade in (Level.WARN, Level.ERROR):
         if at_least > FRICTION[grade]:
             level = grade
-            message = f"friction {mean['coulomb'] / commissioned:.1f} times that when commissioned"
+            message = f"friction {mean['friction'] / commissioned:.1f} times that when commissioned"
         if at_most < HEALTH[grade]:
             level, message = grade, f"drive health {mean['health']:.2f}"
     return Status(level, _name(joint), message, _values(now, joint), serial)

@@ -12,6 +12,7 @@ from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_drive import POSITIVE
 from urdyn.identify.fit import Fit
 from urdyn.model.consistency import is_consistent
+from urdyn.model.friction import WORKING_SPEED, fading
 from urdyn.model.possible import possible_body, possible_load
 from urdyn.tracking.commissioned import TRACKED, given, scale_of, taken_for_known
 from urdyn.tracking.model import by_taken
@@ -26,6 +27,7 @@ JOINT = {
     "o": (TRACKED["o"], "N·m"),
     "k": ("zero", "rad"),
 }
+FRICTION = ("friction", "N·m")  # of all terms that need no load, at WORKING_SPEED
 PAYLOAD = ("mass", "mx", "my", "mz")
 KNOWN = 0.3  # [kg] sd of the payload below which it counts as known
 PAYLOAD_REACH = 0.5  # [m] from the flange, within which a payload lies
@@ -39,7 +41,8 @@ class Quantities:
     currents: RobotCurrents
     mass_shown: Array  # (J, r) [kg] per unit of m
     mass_hidden: Array  # (J,) [kg] sd that no motion can reduce
-    taken: Mapping[str, Array]  # sd of each group's coordinates due to what is assumed known
+    # sd of each group's coordinates, and of friction, due to what is assumed known
+    taken: Mapping[str, Array]
     beside: tuple[tuple[str, str], ...] = ()  # names and units of other streams' quantities
     whole: bool = False  # the payload includes the tool, which is known
 
@@ -52,7 +55,8 @@ class Quantities:
     def known(self) -> tuple[str, ...]:
         """Names of the quantities estimated from the currents' states."""
         arm = self.currents.reference.arm
-        joints = [f"{j}.{name}" for name, _ in JOINT.values() for j in arm.joint_names]
+        told = (*JOINT.values(), FRICTION)
+        joints = [f"{j}.{name}" for name, _ in told for j in arm.joint_names]
         links = [f"{link}.mass" for link in arm.link_names]
         return (*joints, *links, *(f"payload.{name}" for name in PAYLOAD))
 
@@ -60,7 +64,7 @@ class Quantities:
     def units(self) -> tuple[str, ...]:
         """One unit per name."""
         J = self.currents.reference.arm.joints
-        joints = [unit for _, unit in JOINT.values() for _ in range(J)]
+        joints = [unit for _, unit in (*JOINT.values(), FRICTION) for _ in range(J)]
         carried = ["kg", *["kg·m"] * 3]
         return (*joints, *["kg"] * J, *carried, *(unit for _, unit in self.beside))
 
@@ -79,6 +83,9 @@ class Quantities:
                 error = value * error
             mean.append(np.minimum(value, 1.0) if group == "z" else value)
             spread.append(error)
+        friction, error = self._friction(belief)
+        mean.append(friction)
+        spread.append(error)
         m, M = at["m"], self.mass_shown
         shown = ((M @ belief.cov[m, m]) * M).sum(axis=1)
         masses, payload = self.links(belief)[:, 0], self.payload(belief)
@@ -88,6 +95,21 @@ class Quantities:
         carried = np.hypot(sd[self._load], weighed)
         spread += [np.sqrt(shown + hidden), carried, beside[1]]
         return np.concatenate(mean), np.concatenate(spread)
+
+    def _friction(self, belief: Gaussian) -> tuple[Array, Array]:
+        """Mean and sd of f + g exp(-v / v_s) + alpha v at WORKING_SPEED v, (J,) each [N·m]."""
+        f, alpha = (self.currents.places[group] for group in ("f", "alpha"))
+        P = belief.cov
+        a, b = np.exp(belief.mean[f]), WORKING_SPEED * np.exp(belief.mean[alpha])
+        own = a**2 * P[f, f].diagonal() + b**2 * P[alpha, alpha].diagonal()
+        variance = own + 2.0 * a * b * P[f, alpha].diagonal()
+        return a + self._fading + b, np.sqrt(variance + self.taken["friction"] ** 2)
+
+    @cached_property
+    def _fading(self) -> Array:
+        """Stribeck friction at WORKING_SPEED, (J,) [N·m], which is as commissioned."""
+        drive = self.currents.reference.drive
+        return drive.stribeck * fading(np.full(len(drive.stribeck), WORKING_SPEED), drive)
 
     @cached_property
     def _load(self) -> slice:
@@ -143,14 +165,19 @@ def quantities(
 def _taken(fit: Fit, currents: RobotCurrents) -> dict[str, Array]:
     """The sd that what is assumed known adds to quantities, see `by_taken`.
 
-    Relative, except for o; for m, that of links' masses.
+    Relative, except for o and friction; for m, that of links' masses.
     """
     at, cov = currents.places, fit.belief.cov
     sd = np.sqrt(np.maximum(by_taken(fit, currents).diagonal(), 0.0))
     found = {group: sd[at[group]] for group in TRACKED}
+    fixed = taken_for_known(fit)
     links = [fit.names.index(f"{link}.alpha") for link in fit.dynamics.arm.link_names]
-    less = cov[links, links] - given(cov, links, taken_for_known(fit)).diagonal()
+    less = cov[links, links] - given(cov, links, fixed).diagonal()
     found["m"] = 2.0 * np.sqrt(np.maximum(less, 0.0))  # a mass is exp(2 alpha)
+    free = [k for k in range(len(fit.names)) if k not in fixed]
+    slopes = fit.of_friction(WORKING_SPEED)[:, free]
+    less = fit.friction(WORKING_SPEED).cov - slopes @ given(cov, free, fixed) @ slopes.T
+    found["friction"] = np.sqrt(np.maximum(less.diagonal(), 0.0))
     scale = scale_of(fit)
     weighed = cov[scale, scale] if scale else np.zeros(1)
     return found | {"payload": np.sqrt(weighed)}

@@ -17,7 +17,7 @@ class Moment:
     t: float  # [s] since the beginning
     q: Array  # (J,) [rad] by the encoders
     zero: Array  # (J,) [rad] by which the joints are off that
-    friction: Array  # (J,) [%] change of Coulomb friction since commissioning
+    friction: Array  # (J,) [%] change of friction since commissioning
     health: Array  # (J,) [%] change of drive health
     torque: Array  # (J,) [N·m] measured less predicted
 

@@ -78,12 +78,12 @@ def address(folder: Path) -> str:
 
 
 def _told(tracker: Tracker[S]) -> Callable[[Gaussian], tuple[Array, Array, Array]]:
-    """A function from belief to Coulomb friction, health and zero of every joint, (J,) each."""
+    """A function from belief to friction, health and zero of every joint, (J,) each."""
     of = quantities(tracker.fit, tracker.currents)
     joints = tracker.fit.dynamics.arm.joint_names
     friction, health, zero = (
         [of.names.index(f"{joint}.{name}") for joint in joints]
-        for name in ("coulomb", "health", "zero")
+        for name in ("friction", "health", "zero")
     )
 
     def told(belief: Gaussian) -> tuple[Array, Array, Array]:

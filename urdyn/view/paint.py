@@ -56,6 +56,6 @@ class Paint:
 
 
 PAINTS = {
-    "friction": Paint("Coulomb friction since commissioning", "%", 50.0, 1),
+    "friction": Paint("friction since commissioning", "%", 50.0, 1),
     "health": Paint("drive health since commissioning", "%", 20.0, -1),
 }

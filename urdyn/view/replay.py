@@ -27,7 +27,7 @@ def replay(run: History, log: Log, gain: Array | None) -> Film:
 def beliefs(run: History, gain: Array | None) -> Film:
     """A tracked run, whose joint angles are not known."""
     joints = range(len(run.joints))
-    friction, health, zero = (_each(run, name) for name in ("coulomb", "health", "zero"))
+    friction, health, zero = (_each(run, name) for name in ("friction", "health", "zero"))
     current, predicted = (
         np.stack([run.column(f"{what}_{j}") for j in joints], axis=1)
         for what in ("current", "predicted")

@@ -24,7 +24,7 @@ from urdyn.io.status import Level, Status
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
 JOINTS = ("shoulder_pan_joint", "elbow_joint")
-QUANTITIES = ("coulomb", "viscous", "structural", "health", "offset", "zero")
+QUANTITIES = ("friction", "coulomb", "viscous", "structural", "health", "offset", "zero")
 STATUSES = (Status(Level.WARN, "urdyn: elbow_joint", "rust"), Status(Level.OK, "urdyn: arm", "ok"))
 
 

@@ -13,7 +13,8 @@ from urdyn.io.status import Status
 PORT = 9464
 # Quantity of a joint -> name and description of its gauge.
 JOINT = {
-    "coulomb": ("friction_newton_metres", "Coulomb friction"),
+    "friction": ("friction_newton_metres", "friction when sliding at 0.5 rad/s"),
+    "coulomb": ("coulomb_friction_newton_metres", "Coulomb friction"),
     "viscous": ("viscous_friction_newton_metre_seconds_per_radian", "viscous friction"),
     "structural": ("structural_damping_ratio", "loss per transmitted torque"),
     "health": ("health_ratio", "drive health, 1 when commissioned"),

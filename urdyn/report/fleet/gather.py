@@ -16,10 +16,11 @@ from urdyn.io.spans import Clock, clock
 from urdyn.report.findings import RANKS, Arm, gravity, read_findings, urgency
 from urdyn.report.findings import told as as_told
 from urdyn.report.traces import downsample
-from urdyn.report.track.change import LEVELS, WATCHED, Change, Levels, compare_track
+from urdyn.report.track.change import LEVELS, Change, Levels, compare_track
 from urdyn.report.track.history import History, Series, find_history
 
-SHOWN = ("coulomb", "health")  # of every joint
+SHOWN = ("friction", "health")  # of every joint
+UNDRAWN = ("viscous", "zero")  # watched besides
 # Most urgent first.
 STATES = (
     "service_now", "critical", "doubted", "service_later", "warning", "found", "acknowledged",
@@ -60,7 +61,7 @@ class Robot:
     @property
     def moved(self) -> list[Change]:
         """What changed, largest change first; changes that no line shows come last."""
-        told = [c for changes in self.changes.values() for c in changes if not c.steady]
+        told = [c for changes in self.changes.values() for c in changes if c.changed]
         return [*sorted(told, key=lambda c: -abs(c.z)), *self.unshown]
 
     @property
@@ -177,8 +178,8 @@ def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
 def _undrawn(run: History) -> Iterator[Series]:
     """Quantities of every joint that are watched but not drawn."""
     for joint in run.joints:
-        for quantity in WATCHED:
-            if quantity not in SHOWN and run.holds(joint, quantity):
+        for quantity in UNDRAWN:
+            if run.holds(joint, quantity):
                 yield run.series(joint, quantity)
 
 
@@ -217,7 +218,7 @@ def told(fleet: Fleet) -> dict[str, Any]:
 
 def _told(robot: Robot) -> dict[str, Any]:
     surprise = robot.surprise
-    friction, health = robot.changes["coulomb"], robot.changes["health"]
+    friction, health = robot.changes["friction"], robot.changes["health"]
     return {
         "name": robot.name,
         "folder": str(robot.folder),
@@ -237,9 +238,9 @@ def _told(robot: Robot) -> dict[str, Any]:
             {
                 "name": f.owner,
                 "friction_change": f.now / f.then - 1.0 if f.then else None,
-                "friction_steady": f.steady,
+                "friction_state": f.word or "changed",
                 "health": h.now / h.then if h.then else None,
-                "health_steady": h.steady,
+                "health_state": h.word or "changed",
             }
             for f, h in zip(friction, health, strict=True)
         ],

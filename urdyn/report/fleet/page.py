@@ -24,9 +24,8 @@ from urdyn.report.track.history import Series
 from urdyn.report.track.trace import UNSETTLED
 from urdyn.report.track.verdict import as_commissioned, verdict
 
-FLOOR = {"coulomb": (-0.1, 0.2), "health": (-0.1, 0.02)}  # [-] least range of a scale
-CEILING = {"coulomb": (-0.6, 1.5), "health": (-0.6, 0.1)}  # [-] largest range
-LABEL = {"coulomb": "friction", "health": "health"}
+FLOOR = {"friction": (-0.1, 0.2), "health": (-0.1, 0.02)}  # [-] least range of a scale
+CEILING = {"friction": (-0.6, 1.5), "health": (-0.6, 0.1)}  # [-] largest range
 WORDS = {
     "service_now": "to be serviced now",
     "critical": "critical",
@@ -87,8 +86,7 @@ def headline(fleet: Fleet) -> str:
 
 def _lead(scales: dict[str, Scale]) -> str:
     ends = ", ".join(
-        f"{LABEL[what]} {difference(low)} to {difference(high)}"
-        for what, (low, high) in scales.items()
+        f"{what} {difference(low)} to {difference(high)}" for what, (low, high) in scales.items()
     )
     return (
         "Most urgent first. Each line is a joint over its run, beside where it was when "
@@ -177,10 +175,10 @@ def _cell(robot: Robot, series: Series, scales: dict[str, Scale]) -> Html:
     low, high = scales[what]
     share, half = _share(series), series.half / abs(_unit(series))
     amount = difference(float(share[-1])) if change.seen else MISSING
-    words = f"{spoken(series.owner)} {LABEL[what]} {amount}"
-    drawn = Spark(series.t, share, half, 0.0, low, high).draw(words, not change.steady)
-    told = tag("em", text(amount), kind="" if change.steady else "outside")
-    return tag("span", text(LABEL[what]), told, drawn, kind="small")
+    words = f"{spoken(series.owner)} {what} {amount}"
+    drawn = Spark(series.t, share, half, 0.0, low, high).draw(words, change.changed)
+    told = tag("em", text(amount), kind="outside" if change.changed else "")
+    return tag("span", text(what), told, drawn, kind="small")
 
 
 def _unit(series: Series) -> float:

@@ -17,12 +17,14 @@ SHARE = 0.03  # [-] of the commissioned value, likewise
 # [rad]. Those of the built-in rules, for runs whose diagnosis has none of its own.
 Levels = Mapping[str, Mapping[str, float]]
 LEVELS: Levels = {
+    "friction": {"warning": 0.2, "critical": 0.5},
     "coulomb": {"warning": 0.2, "critical": 0.5},
     "viscous": {"warning": 0.2, "critical": 0.5},
     "health": {"warning": 0.1, "critical": 0.2},
     "zero": {"warning": 0.002, "critical": 0.01},
 }
 WATCHED = {
+    "friction": "friction",  # of all terms that need no load
     "coulomb": "Coulomb friction",
     "viscous": "viscous damping",
     "health": "health",
@@ -42,21 +44,21 @@ class Change:
     then_sd: float  # of a healthy arm on another day, wider than the twin's own
     now: float
     now_sd: float
-    since: float  # [s] into the run, from when it stayed changed; NaN where steady
+    since: float  # [s] into the run, from when it stayed changed; NaN where it is not
     levels: Mapping[str, float]  # of this quantity, one of LEVELS
     seen: bool = True  # enough currents of the joint were compared to learn anything of it
 
     @property
-    def steady(self) -> bool:
-        """Too small to be significant, or to matter."""
-        return not np.isfinite(self.since)
+    def changed(self) -> bool:
+        """Large enough to be significant, and to matter."""
+        return bool(np.isfinite(self.since))
 
     @property
     def word(self) -> str:
         """The verdict; "" where it surely changed."""
         if not self.seen:
             return "not judged"
-        if not self.steady:
+        if self.changed:
             return ""
         small = not self.then or abs(self.now / self.then - 1.0) < SHARE
         return "steady" if small and self.shows else UNSURE
@@ -69,7 +71,7 @@ class Change:
     @property
     def matters(self) -> bool:
         """It surely changed, beyond the level of a warning."""
-        return not self.steady and abs(self.now - self.then) > self._level("warning")
+        return self.changed and abs(self.now - self.then) > self._level("warning")
 
     @property
     def sd(self) -> float:

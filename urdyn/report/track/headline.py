@@ -25,12 +25,12 @@ from urdyn.report.track.verdict import CHANGED, TOLD, concern, verdict
 UNIT = re.compile(
     r"(?<=\d) (?=±|%|kg\b|s\b|min\b|h\b|d\b|mrad\b)|(?<=±) |(?<=\d) (?=to \d)|(?<=to) (?=\d)"
 )
-TABLED = ("coulomb", "viscous", "health")
+TABLED = ("friction", "health")
 TRACKED = "Tracked parameters, changed: "  # start of a verdict beside findings
 BENT = " A sensor fault distorts these values."
 PARTS = (
-    " The size of a friction finding is the increase of all friction of its joint; Coulomb "
-    "friction is one part of that, and may change by more or less."
+    " The size of a friction finding is the increase of all friction of its joint, as it moved; "
+    "Coulomb friction is one part of that, and may change by more or less."
 )
 READ = (  # how the tables are read
     "Expected is the commissioned value; its interval is wider than at commissioning, by what a "
@@ -82,7 +82,7 @@ def _beside(said: str, kinds: Collection[str]) -> str:
 def _read(summary: Mapping[str, Any]) -> str:
     """How the tables are read, by the levels of this run's diagnosis."""
     levels = summary.get("levels", LEVELS)
-    friction, health = (percent(levels[of]["critical"]) for of in ("coulomb", "health"))
+    friction, health = (percent(levels[of]["critical"]) for of in ("friction", "health"))
     return READ.format(friction=friction, health=health)
 
 
@@ -158,7 +158,7 @@ def _table(found: Sequence[Change], quantity: str) -> Html:
 
 
 def _row(c: Change) -> list[Html]:
-    kind = "" if c.steady else "outside"
+    kind = "outside" if c.changed else ""
     return [
         text(spoken(c.owner)),
         cell(interval90(c.now, c.now_sd), interval90(c.then, c.then_sd)),

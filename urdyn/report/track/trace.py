@@ -15,7 +15,7 @@ from urdyn.types import Index
 POINTS = 1000  # per trace
 PALE = "rgba(86,180,233,0.24)"  # a band that leaves its line visible on a dark page
 UNSETTLED = 3.0  # times the usual half width: the belief is about to move
-WORDS = {"coulomb": "friction", "viscous": "damping"}
+WORDS = {"coulomb": "Coulomb", "viscous": "damping"}
 
 
 def trend(series: Series, clock: Clock, height: int = 190) -> go.Figure:

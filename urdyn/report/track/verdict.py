@@ -14,7 +14,7 @@ CHANGED = "Changed: "  # start of a verdict, where something did
 
 def verdict(found: Sequence[Change], clock: Clock) -> str:
     """What changed most and since when, in one sentence."""
-    moved = _most_first(c for c in found if not c.steady)
+    moved = _most_first(c for c in found if c.changed)
     if not moved:
         return _unmoved(found)
     told = "; ".join(f"{_named(c)} {c.amount} since {clock(c.since)}" for c in moved[:TOLD])
