@@ -4,7 +4,7 @@ import json
 import signal
 import subprocess
 import sys
-from itertools import takewhile
+from itertools import islice, takewhile
 
 import numpy as np
 import pytest
@@ -15,6 +15,7 @@ import urdyn as ud
 from urdyn.cli.app import app
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
+ROUND = 1500  # rows of the controller's, of 3 s
 URDYN = (sys.executable, "-m", "urdyn")
 
 
@@ -59,18 +60,23 @@ def test_a_served_arm_can_be_recorded_and_identified(controller, tmp_path):
     log = ud.read(out)
     assert len(log) == document["samples"] > 1900
     assert np.median(np.diff(log.t)) == pytest.approx(0.002, abs=1e-6)
-    assert np.isfinite(log.joint("actual_current")).all()
+    current = log.joint("actual_current")
+    assert np.isfinite(current).all()
+    assert (current[ROUND:] != current[:-ROUND]).all(), "noise is new in every round"
 
 
 def test_a_round_begins_where_the_last_one_ended(monkeypatch):
-    """No joint is anywhere else from one sample to the next."""
+    """No joint is anywhere else from one sample to the next, and no stamp is left out."""
     rounds = []
-    monkeypatch.setattr("urdyn.cli.simulate.serve_log", lambda log, *of: rounds.append(log))
+    monkeypatch.setattr("urdyn.cli.simulate.serve_logs", lambda logs, *of: rounds.extend(logs))
+    monkeypatch.setattr("urdyn.cli.simulate.apart", lambda make: islice(make(), 1))
     asked = ("simulate", "--robot", "ur5e", "--serve", "--duration", "5", "--quiet")
     done = CliRunner().invoke(app, [*asked, "--motion", "point_to_point"])
     assert done.exit_code == 0, done.output
-    first, last = rounds[0].channels["actual_q"][[0, -1]]
-    np.testing.assert_array_equal(first, last)
+    first, second = rounds
+    q = [log.channels["target_q"][row] for log in rounds for row in (0, -1)]
+    np.testing.assert_array_equal(q, q[:1] * 4)
+    assert second.t[0] - first.t[-1] == pytest.approx(0.002)
 
 
 def test_serving_an_address_that_is_not_ours_is_one_line(tmp_path):

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import urdyn as ud
+from urdyn.cli.apart import ahead
 from urdyn.cli.ending import ended_by
 from urdyn.cli.voice import Voice
 from urdyn.io.address import joined
@@ -29,16 +31,17 @@ def _is_cb3(arm: Arm) -> bool:
     return ur_type(arm) in CB3
 
 
-def serve_log(
-    log: ud.Log, arm: Arm, host: str, port: int, voice: Voice, about: Mapping[str, Any]
+def serve_logs(
+    logs: Iterator[ud.Log], arm: Arm, host: str, port: int, voice: Voice, about: Mapping[str, Any]
 ) -> None:
-    """Play a log over and over to all clients, until Ctrl-C or a service manager ends it.
+    """Play logs, one after the other, to all clients, until Ctrl-C or a service manager ends it.
 
-    The JSON result holds where it listens, beside what is known `about` the log.
+    The JSON result holds where it listens, beside what is known `about` the first.
     """
     from urdyn.io.rtde import play, serve
 
-    server = serve(play(log, loop=True), host, port, "cb3" if _is_cb3(arm) else "e")
+    samples = chain.from_iterable(map(play, ahead(logs)))
+    server = serve(samples, host, port, "cb3" if _is_cb3(arm) else "e")
     ended, rate = threading.Event(), 1.0 / cycle(arm)
     with server, ended_by(ended.set):
         voice.note(

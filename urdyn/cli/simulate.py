@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +14,10 @@ import typer
 
 import urdyn as ud
 from urdyn.cli import simulate_options as ask
+from urdyn.cli.apart import apart
 from urdyn.cli.idle import idle
 from urdyn.cli.options import Json, Quiet, Robot
-from urdyn.cli.serving import cycle, serve_log
+from urdyn.cli.serving import cycle, serve_logs
 from urdyn.cli.virtual import payload_of, sensors_of
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
@@ -64,6 +67,7 @@ def simulate(
     from urdyn.simulate import happening, parse_fault, write_truth
     from urdyn.simulate import truth as truth_of
     from urdyn.simulate.observe import log_and_links
+    from urdyn.simulate.rounds import rounds
     from urdyn.simulate.there_and_back import there_and_back
     from urdyn.simulate.truth import require_course
 
@@ -98,7 +102,8 @@ def simulate(
     if out is not None:
         voice.show(f"{out}: {len(log)} rows, {log.t[-1]:g} s of a virtual {dynamics.arm.name}")
     if serve:
-        serve_log(log, dynamics.arm, host, port, voice, about)
+        later = partial(rounds, dynamics, work, sensors, noisy, faults, heat, lived)
+        serve_logs(chain([log], apart(later)), dynamics.arm, host, port, voice, about)
     else:
         voice.result(about)
 
@@ -190,8 +195,6 @@ def _befalls_in_time(faults: Sequence[Fault], work: Work) -> None:
 
 def _fidelity(arm: Arm, name: str) -> Fidelity:
     """The fidelity of the simulation, by the word of --fidelity."""
-    from functools import partial
-
     from urdyn.simulate import forward, inverse, typical_gears
 
     known: dict[str, Fidelity] = {

@@ -86,8 +86,8 @@ Serve = Annotated[
     bool,
     typer.Option(
         "--serve",
-        help="Be an RTDE controller that plays the run over and over, and back where it does not "
-        "end as it began.",
+        help="Be an RTDE controller whose arm repeats its motion, and goes back where that "
+        "does not end as it began; noise is new in every round, heat and faults go on.",
     ),
 ]
 Host = Annotated[str, typer.Option(metavar="ADDRESS", help="Where to serve.")]

@@ -27,7 +27,7 @@ def helping(answers: Callable[[Heard], Iterator[Words | Array]]) -> None:
     """
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
-    _stand_back()
+    stand_back()
     breath = _Breath()
     out = os.dup(1)
     os.dup2(2, 1)  # what a library prints is no frame
@@ -55,7 +55,7 @@ def helping(answers: Callable[[Heard], Iterator[Words | Array]]) -> None:
         say({"broken": traceback.format_exc()})
 
 
-def _stand_back() -> None:
+def stand_back() -> None:
     """Give way to the parent; where the system can, its messages do not make us preempt it."""
     os.nice(STAND_BACK)
     if hasattr(os, "SCHED_BATCH"):

@@ -75,7 +75,11 @@ def course(dynamics: Dynamics, events: Iterable[Event], t: Array) -> Course:
     Raises:
         InputError: an event is, or becomes, impossibly large.
     """
-    changed = without_events(dynamics, t)
+    return befallen(without_events(dynamics, t), events)
+
+
+def befallen(changed: Course, events: Iterable[Event]) -> Course:
+    """The course with the events in it, in the order that `course` says, and its errors."""
     for event in sorted(events, key=lambda event: (isinstance(event, Handling), event.onset)):
         before = changed
         with np.errstate(over="ignore", invalid="ignore"):  # reported below

@@ -26,6 +26,7 @@ class Warmth:
 
     t: Array  # (M,) [s]
     temperature: Array  # (M, J) [°C] of the joints
+    lubricant: Array  # (M, J) [°C]
     softening: Array  # (M, J) [-]
     onset: float = -np.inf  # [s]: from the beginning
 
@@ -37,6 +38,11 @@ class Warmth:
             viscous=course.viscous * self._at(course.t, self.softening),
         )
 
+    @property
+    def end(self) -> Array:
+        """Joints and lubricant at the last time, (2, J) [°C]."""
+        return np.stack([self.temperature[-1], self.lubricant[-1]])
+
     def _at(self, t: Array, values: Array) -> Array:
         if len(values) == 1:
             return np.broadcast_to(values, (len(t), values.shape[1]))
@@ -45,7 +51,8 @@ class Warmth:
 
 def steady(temperature: float, joints: int) -> Warmth:
     """Joints at a constant temperature."""
-    return Warmth(np.zeros(1), np.full((1, joints), temperature), np.ones((1, joints)))
+    same = np.full((1, joints), temperature)
+    return Warmth(np.zeros(1), same, same, np.ones((1, joints)))
 
 
 def warm_up(
@@ -53,11 +60,16 @@ def warm_up(
     trajectory: Trajectory,
     heat: Heat,
     events: Sequence[Event] = (),
+    start: Array | None = None,
 ) -> Warmth:
-    """Warm-up of an arm that was switched off and now follows a trajectory.
+    """Warm-up of an arm that follows a trajectory.
 
     Losses reduce friction, and friction causes the losses: a few passes make them consistent.
+
+    Args:
+        start: joints and lubricant before, (2, J) [°C]; None: the arm was switched off.
     """
+    start = heat.cold if start is None else start
     fine = np.arange(0.0, float(trajectory.t[-1]), STEP / SAMPLES) + 0.5 * STEP / SAMPLES
     fine = fine[: max(len(fine) // SAMPLES, 1) * SAMPLES]
     parts = [_powers(dynamics, trajectory, events, heat, fine[rows]) for rows in blocks(len(fine))]
@@ -65,11 +77,12 @@ def warm_up(
     ambient = heat.ambient + room[:, 0]
     soft = np.ones_like(wet)
     for _ in range(PASSES):
-        joints = heat.follow(dry + soft * wet, ambient, heat.cold)
+        joints = heat.follow(dry + soft * wet, ambient, start)
         soft = heat.softening(joints[1], dynamics.drive.temperature)
-    whole = np.concatenate([heat.cold[:, None], joints], axis=1)
+    whole = np.concatenate([start[:, None], joints], axis=1)
     stamps = STEP * np.arange(float(whole.shape[1]))
-    return Warmth(stamps, whole[0], heat.softening(whole[1], dynamics.drive.temperature))
+    softening = heat.softening(whole[1], dynamics.drive.temperature)
+    return Warmth(stamps, whole[0], whole[1], softening)
 
 
 def _powers(

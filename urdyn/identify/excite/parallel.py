@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, wait
@@ -18,6 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from urdyn.errors import UnsafeMotionError, UrdynError
 from urdyn.identify.excite.restart import Found, Task, restart
+from urdyn.io.deaf import deaf_to_interrupts
 from urdyn.progress import Progress
 
 GLANCE = 0.2  # [s] between two checks of progress
@@ -37,7 +37,7 @@ def search(tasks: Sequence[Task], progress: Progress, processes: int) -> list[Ou
     context = get_context("spawn")
     updates: SimpleQueue[Update] = context.SimpleQueue()
     with ProcessPoolExecutor(processes, context, _init_worker, (updates,)) as pool, _ended(pool):
-        with _deaf_to_interrupts():
+        with deaf_to_interrupts():
             pending = [pool.submit(_work, task, k) for k, task in enumerate(tasks)]
         while wait(pending, GLANCE).not_done:
             for one in _waiting(updates):
@@ -79,16 +79,6 @@ def _ended(pool: ProcessPoolExecutor) -> Iterator[None]:
         for worker in list(pool._processes.values()):  # from Python 3.14 on: terminate_workers()
             worker.terminate()
         raise
-
-
-@contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
-    """Let processes that begin here ignore Ctrl-C, which a terminal sends to all of them."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _init_worker(updates: Any) -> None:
