@@ -3,13 +3,16 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import pyarrow.parquet as pq
 import pytest
 from story import without_pages
 from typer.testing import CliRunner
 
+import urdyn as ud
 from urdyn.cli.app import app
+from urdyn.io import sha256
 
 
 def tracked(*arguments):
@@ -39,16 +42,47 @@ def test_a_quiet_run_says_nothing(story, twin, tmp_path):
     assert (told.exit_code, told.stdout, told.stderr) == (0, "", "")
 
 
-def test_whose_run_is_replaced_is_told(story, twin, tmp_path):
+def test_a_finished_run_is_not_lost_to_another_log_unasked(story, twin, tmp_path):
+    """Nor where it was not diagnosed; the same log is tracked again without asking."""
     quick = ("--filter", "ekf", "--rows", "0:200", "--out", tmp_path)
-    said = []
+
+    def ends(log, *more):
+        told = tracked(twin, log, *quick, *more)
+        said = "--fresh" in told.stderr and told.stderr.count("\n") == 1
+        return told.exit_code, said
+
+    history, findings = tmp_path / "history.parquet", tmp_path / "findings.json"
     with without_pages():
-        for source in (story.log, story.log, story.held_out):
-            told = tracked(twin, source, *quick)
-            assert told.exit_code == 0, told.stderr
-            said.append("is replaced" in told.stderr)
-    assert said == [False, False, True]
-    assert f"{tmp_path}: the run of {story.log} that it held is replaced\n" in told.stderr
+        assert ends(story.log) == ends(story.log) == (0, False)
+        before = history.read_bytes(), findings.read_bytes()
+        assert ends(story.held_out) == (1, True)
+        assert (history.read_bytes(), findings.read_bytes()) == before
+        findings.unlink()
+        assert ends(story.held_out) == (1, True)
+        assert ends(story.log) == ends(story.held_out, "--fresh") == (0, False)
+
+
+def test_logs_that_follow_each_other_are_one_run(story, twin, tmp_path):
+    """The second's stamps begin anew: they count on, a minute later."""
+    log = ud.read(story.held_out)
+    days = [tmp_path / "monday.parquet", tmp_path / "tuesday.parquet"]
+    for day, path in enumerate(days):
+        ud.write(log.slice(300 * day, 300 * day + 200), path)
+    anew = ud.read(days[1])
+    ud.write(replace(anew, t=anew.t - anew.t[0]), days[1])
+    with without_pages():
+        told = tracked(twin, *days, "--out", tmp_path, "--filter", "ekf", "--json")
+    assert told.exit_code == 0, told.stderr
+    summary = json.loads(told.stdout)
+    assert summary["samples"] == 400
+    assert summary["data_s"] == pytest.approx(log.t[199] - log.t[0] + 60.0 + anew.t[-1] - anew.t[0])
+    provenance = json.loads((tmp_path / "findings.json").read_text())["provenance"]
+    assert provenance["source.sha256"] == " ".join(map(sha256, days))
+
+
+def test_a_robot_at_work_is_tracked_alone(story, twin, tmp_path):
+    told = tracked(twin, story.log, "rtde://127.0.0.1:1", "--out", tmp_path)
+    assert told.exit_code == 1 and "by itself" in told.stderr and told.stderr.count("\n") == 1
 
 
 def test_who_tracks_holds_no_reader_of_tables_and_no_optimiser(story, twin, tmp_path):

@@ -203,6 +203,35 @@ def test_rate_is_refused_where_there_are_stamps(path: Path) -> None:
         read(path, rate=125.0)
 
 
+def test_logs_that_follow_each_other_are_the_log_they_were_cut_from(
+    text: list[str], tmp_path: Path
+) -> None:
+    """Their hashes are told; where the second's stamps begin anew, they count on after a minute."""
+    head, *rows = text
+    half = len(rows) // 2
+    parts = tmp_path / "first.csv", tmp_path / "second.csv"
+    for part, some in zip(parts, (rows[:half], rows[half:]), strict=True):
+        part.write_bytes(joined([head, *some]))
+    (tmp_path / "whole.csv").write_bytes(joined(text))
+    log, whole = read(*parts), read(tmp_path / "whole.csv")
+    np.testing.assert_array_equal(log.t, whole.t)
+    for name, values in whole.channels.items():
+        np.testing.assert_array_equal(log.channels[name], values)
+    hashes = [hashlib.sha256(part.read_bytes()).hexdigest() for part in parts]
+    assert log.source.sha256.split() == hashes
+    again = read(tmp_path / "whole.csv", tmp_path / "whole.csv")
+    np.testing.assert_allclose(again.t, [*whole.t, *(whole.t - whole.t[0] + whole.t[-1] + 60.0)])
+
+
+def test_logs_that_cannot_follow_each_other_are_refused(path: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other.csv"
+    other.write_bytes(joined(["timestamp,actual_q_0", "0.0,1.0", "0.1,1.1", "0.2,1.2"]))
+    with pytest.raises(LogError, match=r"other\.csv.*in columns: actual_current"):
+        read(path, other, columns=None)
+    with pytest.raises(LogError, match="takes a slice of one"):
+        read(path, path, rows=(0, 2))
+
+
 def test_channels_limit_what_is_kept(path: Path) -> None:
     assert set(read(path, channels=("actual_q", "actual_qd")).channels) == {"actual_q"}
     with pytest.raises(LogError, match="has no actual_qd; it has actual_current, actual_q, time"):

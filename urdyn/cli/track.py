@@ -43,12 +43,13 @@ from urdyn.cli.track_options import (
     Publish,
     Rate,
     Serial,
-    SourceName,
+    SourceNames,
     TwinFile,
     Wrench,
 )
 from urdyn.cli.twin_file import load_fit
 from urdyn.cli.voice import Voice
+from urdyn.errors import InputError
 from urdyn.io.effort import Effort
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ if TYPE_CHECKING:
 def track(
     context: typer.Context,
     twin: TwinFile,
-    source: SourceName,
+    sources: SourceNames,
     out: Out,
     filter: FilterName = None,
     mode: ModeName = "full",
@@ -87,8 +88,9 @@ def track(
 ) -> None:
     """Follow friction, health and payload of an arm, from a log or while it works.
 
-    TWIN is a twin.toml of `urdyn identify`, SOURCE a log, or of a robot at work rtde://HOST[:PORT]
-    or ros2://TOPIC, which also publishes /diagnostics and what is learnt under /urdyn.
+    TWIN is a twin.toml of `urdyn identify`, SOURCE a log, or several that follow each other, or of
+    a robot at work rtde://HOST[:PORT] or ros2://TOPIC, which also publishes /diagnostics and what
+    is learnt under /urdyn.
     Faults are told as they are found, and written to DIR/findings.json.
     A run that was killed goes on where it was; Ctrl-C ends a live one in good order.
 
@@ -102,26 +104,28 @@ def track(
     from urdyn.io import sha256
     from urdyn.tracking import Tracker, open_source, run
 
+    source, *more = sources
     plants = prometheus is not None or mqtt is not None
     _refuse_idle(context, source, poses, no_diagnosis, plants)
     voice, chosen = Voice(json, quiet), _filter(filter, mode, wrench)
     known(publish, PUBLISHED, "--publish")
     known(hand_over, HANDED, "--hand-over")
     require_folder(out)
-    fit, part = load_fit(twin, [source]), slice_of(rows) if rows is not None else None
+    fit, part = load_fit(twin, sources), slice_of(rows) if rows is not None else None
     effort, beside = Effort(effort_unit, fit.dynamics.drive.gain), wanted(poses, wrench)
     healthy = None if no_diagnosis else known_rules(rules, false_alarm_hours)
     with (
         _ahead("://" in source, fit, chosen, bool(healthy)) as (writer, helper),
         announcing(fit, source, serial, prometheus, mqtt, publish or ()) as told,
         closing(
-            open_source(source, columns, part, rate, duration, effort, beside, voice.note)
+            open_source(source, columns, part, rate, duration, effort, beside, voice.note, more)
         ) as stream,
         watching(fit.dynamics.arm.joint_names, quiet) as shown,
         ended_by(stream.close) if stream.live else nullcontext(),
     ):
         stream, streams, drift = listening(stream, fit.dynamics, poses, wrench, calibration)
-        before = _held(out)
+        if not fresh:
+            _require_own(out, stream)
         summary = run(
             Tracker(
                 fit, chosen, stream.period, drift, streams=streams, velocities=stream.velocities
@@ -138,7 +142,7 @@ def track(
     if healthy is None:
         undiagnosed(out)
     summary |= {"surprise": _report(out, summary, voice)}
-    voice.note(*_remarks(out, before, stream, summary, bool(poses)))
+    voice.note(*_remarks(summary, bool(poses)))
     _tell(summary, voice)
     for path in hand(fit, summary, hand_over or (), out):
         voice.note(f"written: {path}")
@@ -146,12 +150,8 @@ def track(
         raise typer.Exit(FAILED)
 
 
-def _remarks(
-    out: Path, before: tuple[str, str] | None, stream: Source, summary: dict[str, Any], posed: bool
-) -> Iterator[str]:
+def _remarks(summary: dict[str, Any], posed: bool) -> Iterator[str]:
     """What to know about a run beside its findings."""
-    if before and (before[1] or before[0]) != (stream.sha256 or stream.name):
-        yield f"{out}: the run of {before[0]} that it held is replaced"
     if posed and (why := unused(summary)):
         yield why
 
@@ -219,8 +219,23 @@ def _filter(name: str | None, mode: str, wrench: bool) -> Filter[Any]:
     return made
 
 
-def _held(out: Path) -> tuple[str, str] | None:
-    """Source of the diagnosed run in DIR, and its sha256; None where none can be read."""
+def _require_own(out: Path, stream: Source) -> None:
+    """InputError where DIR holds a finished run of another source, which would be lost.
+
+    One that is not finished is its checkpoint's business.
+    """
+    from urdyn.io.run_folder import HISTORY
+    from urdyn.tracking.checkpoint import ANEW, whose
+
+    if whose(out) or not (out / HISTORY).exists():
+        return
+    name, sha256 = _held(out)
+    if (sha256 or name) != (stream.sha256 or stream.name):
+        raise InputError(f"{out}: holds the run of {name}; {ANEW}")
+
+
+def _held(out: Path) -> tuple[str, str]:
+    """Source of the finished run in DIR, and its sha256, if it has one."""
     import json
 
     from urdyn.io.run_folder import FINDINGS
@@ -229,7 +244,10 @@ def _held(out: Path) -> tuple[str, str] | None:
         made_of = json.loads((out / FINDINGS).read_text(encoding="utf-8"))["provenance"]
         return str(made_of["source"]), str(made_of.get("source.sha256", ""))
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
-        return None
+        from urdyn.report.track.history import find_history  # heavy: where no diagnosis says it
+
+        made_of = find_history(out).provenance
+        return str(made_of.get("source", "an unknown log")), str(made_of.get("source.sha256", ""))
 
 
 def _report(out: Path, summary: dict[str, Any], voice: Voice) -> float | None:

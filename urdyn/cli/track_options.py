@@ -16,7 +16,7 @@ FILTERS = {
 }
 
 TwinFile = Annotated[Path, typer.Argument(metavar="TWIN", show_default=False)]
-SourceName = Annotated[str, typer.Argument(metavar="SOURCE", show_default=False)]
+SourceNames = Annotated[list[str], typer.Argument(metavar="SOURCE...", show_default=False)]
 Out = Annotated[Path, typer.Option(metavar="DIR", help="Where the history is written.")]
 FilterName = Annotated[
     Literal["ukf", "ekf", "information", "particle", "variational"] | None,

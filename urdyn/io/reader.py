@@ -36,7 +36,7 @@ Rows = tuple[int | None, int | None]
 
 def read(
     path: str | Path,
-    *,
+    *more: str | Path,  # recordings that follow it, in the order of time
     columns: str | None = None,  # of a file without a header: "timestamp,actual_q*6,-"
     rows: Rows | None = None,  # half-open slice of the file's data rows, lost ones counted
     rate: float | None = None,  # [Hz] of a file without time stamps
@@ -46,13 +46,27 @@ def read(
     """The recording in `path`: RTDE names, SI units, and whatever was amiss in `defects`.
 
     CSV as RTDE clients write it, `;` with decimal commas, Parquet; plain, gzip, bzip2, xz, zstd;
-    bags of ROS 1 and ROS 2, MCAP. LogError where the file is no log, with its line.
+    bags of ROS 1 and ROS 2, MCAP. LogError where the file is no log, with its line. Where `more`
+    follow, stamps that begin anew count on as those of a controller that restarted.
     """
-    table, source = read_table(path, columns=columns, rows=rows, channels=channels)
-    table = replace(table, channels=effort.amperes(table.channels, source.path))
-    log = mend(_timed(table, rate, source), source)
+    if more and rows:
+        raise LogError(f"is one of {1 + len(more)} logs; --rows takes a slice of one", path)
+    tables, sources = [], []
+    for one in (path, *more):
+        table, source = read_table(one, columns=columns, rows=rows, channels=channels)
+        table = replace(table, channels=effort.amperes(table.channels, source.path))
+        tables.append(_timed(table, rate, source))
+        sources.append(source)
+        if other := tables[0].channels.keys() ^ table.channels.keys():
+            raise LogError(f"differs from {path} in columns: {', '.join(sorted(other))}", one)
+    log = mend(join(tables), _together(sources)) if more else mend(tables[0], sources[0])
     unasked = set() if channels is None else CLOCKS - {*channels}
     return replace(log, channels={n: x for n, x in log.channels.items() if n not in unasked})
+
+
+def _together(sources: list[Source]) -> Source:
+    """Several files as one source: their names, and their hashes."""
+    return Source(" ".join(s.path for s in sources), " ".join(s.sha256 for s in sources))
 
 
 def read_table(

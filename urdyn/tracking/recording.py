@@ -7,10 +7,9 @@ row, and the answer is the block from there on, its columns side by side.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,7 +33,7 @@ BLOCK = 2048  # samples: a few milliseconds to hand over, a second or two to tra
 
 
 def recording(
-    name: str,
+    names: Sequence[str],
     columns: str | None,
     rows: Rows | None,
     rate: float | None,
@@ -42,9 +41,9 @@ def recording(
     effort: Effort,
     beside: Collection[str],
 ) -> Source:
-    """A log as a source; arguments as for `open_source`. LogError where it is not a log."""
+    """Logs as one source; arguments as for `open_source`. LogError where one is not a log."""
     reader = Helper("urdyn.tracking.recording", "the log's reader", "run again")
-    asked = {"path": name, "columns": columns, "rows": rows, "rate": rate, "duration": duration}
+    asked = {"paths": names, "columns": columns, "rows": rows, "rate": rate, "duration": duration}
     efforts = {"unit": effort.unit, "gain": effort.gain}
     try:
         log = words_of(reader.ask(words_frame(asked | {"effort": efforts, "beside": list(beside)})))
@@ -64,7 +63,7 @@ def recording(
 
     sent = frozenset(stream for stream, channel in BESIDE.items() if channel in widths)
     return Source(
-        name=name,
+        name=" ".join(names),
         identity=log["identity"],
         sha256=log["sha256"],
         period=log["period"],
@@ -75,7 +74,7 @@ def recording(
         close=reader.close,
         defects=tuple(log["defects"]),
         velocities=log["velocities"],
-        glimpse=_glimpsed(log["glimpse"], name),
+        glimpse=_glimpsed(log["glimpse"], " ".join(names)),
         beside=sent,
     )
 
@@ -90,7 +89,7 @@ def _answers(heard: Heard) -> Iterator[Words | Array]:
 
 
 def _opened(
-    path: str,
+    paths: list[str],
     duration: float | None,
     effort: Mapping[str, Any],
     beside: Collection[str],
@@ -100,12 +99,12 @@ def _opened(
     from urdyn.io import read
 
     wanted = (*CHANNELS, *STATUS, *SETTING, *(BESIDE[stream] for stream in beside))
-    log = read(Path(path), channels=(*wanted, *TOLD_BY), effort=Effort(**effort), **how)
+    log = read(*paths, channels=(*wanted, *TOLD_BY), effort=Effort(**effort), **how)
     glimpse = _glimpse(log)
     log = replace(log, channels={n: x for n, x in log.channels.items() if n in wanted})
     require_measured(log, ("actual_q",) if POSE in beside else NEEDED)
     if len(log) < 2:
-        raise InputError(f"{path}: has {len(log)} samples; nothing can be tracked")
+        raise InputError(f"{log.source.path}: has {len(log)} samples; nothing can be tracked")
     until = log.t[0] + (np.inf if duration is None else duration)
     length = int(np.searchsorted(log.t, until))
     told = {

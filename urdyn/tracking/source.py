@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -89,15 +89,19 @@ def open_source(
     effort: Effort = UNTOLD,
     beside: Collection[str] = (),
     tell: Tell = nobody,
+    more: Sequence[str] = (),
 ) -> Source:
     """The source that `text` names: a log, rtde://HOST[:PORT] or ros2://TOPIC.
 
     `rate` [Hz] is that of a log without time stamps, or is requested from a controller; `duration`
     [s] ends the stream; `effort` says what a bag's efforts are; `beside` names streams of `BESIDE`
-    to read where available; `tell` is told of a robot that is lost, is back, or restarts.
+    to read where available; `tell` is told of a robot that is lost, is back, or restarts;
+    `more` are logs that follow that one, in the order of time.
     """
     if not all(x is None or 0 < x < np.inf for x in (duration, rate)):
         raise InputError("duration and rate are to be above 0, and finite")
+    if live := [name for name in (text, *more) if more and "://" in name]:
+        raise InputError(f"{live[0]}: a robot at work is a source by itself; name logs, or only it")
 
     def named(said: str) -> None:
         tell(f"{text}: {said}")
@@ -115,7 +119,8 @@ def open_source(
         raise InputError(f"{text}: there is no such file; for a robot write {SCHEME}{text}")
     from urdyn.tracking.recording import recording
 
-    return replace(recording(text, columns, rows, rate, duration, effort, beside), tell=named)
+    logs = recording((text, *more), columns, rows, rate, duration, effort, beside)
+    return replace(logs, tell=named)
 
 
 def _robot(
