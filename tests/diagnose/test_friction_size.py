@@ -73,6 +73,24 @@ def test_what_terms_make_up_for_is_not_in_the_doubt_about_all_friction() -> None
     assert apart["coulomb"]["size"] == pytest.approx(told)
 
 
+@pytest.mark.parametrize("z", [-0.25, 0.3])  # a fifth of health lost; a sensor that misses current
+def test_friction_has_risen_by_as_much_whatever_current_its_drive_takes(
+    shop: Shop, z: float
+) -> None:
+    """All of it is (1 - z) (rest + friction (1 + rise)); a bank has (1 - z) (rest + friction)."""
+    extent, rng = shop.diagnosis(shop.log(seconds=2.0)).slow.judge.extent, np.random.default_rng(4)
+    k = next(k for k, s in enumerate(extent.of.each) if s.kind.of_friction and s.joint == 2)
+    places, n, rise, draws = extent.healthy.space.places, extent.healthy.size, 0.4, 4000
+    at = [places[name].start + 2 for name in (*friction.TERMS, "z")]
+    x, P, root = np.zeros(n), np.zeros((n, n)), 0.01 * np.tri(4)
+    x[at], P[np.ix_(at, at)] = [*np.full(3, rise * (1.0 - z)), z], root @ root.T
+    told, cov = extent._friction(x, P, Fault(k, 0.0, 1.0, 2.0, rise))
+    np.testing.assert_allclose(told, rise)
+    drawn = x[at] + rng.standard_normal((draws, 4)) @ root.T
+    spread = np.cov((drawn[:, :3] / (1.0 - drawn[:, 3:])).T)
+    np.testing.assert_allclose(cov, spread, atol=4.0 * np.sqrt(2.0 / draws) * cov.max())
+
+
 def test_sizes_are_held_by_their_intervals_as_often_as_they_say() -> None:
     """Of draws by the belief itself, before and within a run."""
     rng, day, n = np.random.default_rng(3), 0.02, 4000

@@ -12,7 +12,7 @@ from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.recall import Level, Series
 from urdyn.diagnose.slow_state import SlowState
-from urdyn.diagnose.suspects import Suspects
+from urdyn.diagnose.suspects import Suspects, left
 from urdyn.types import Array, Index
 
 
@@ -100,9 +100,16 @@ class Extent:
         return friction.share(lost, self._joint(fault))
 
     def _friction(self, x: Array, P: Array, fault: Fault) -> friction.Belief:
-        """Belief about the friction of a fault's joint, from that in the states, (N,), (N, N)."""
-        at = self._terms(fault)
-        return x[at], P[np.ix_(at, at)]
+        """Belief about the friction of a fault's joint, from that in the states, (N,), (N, N).
+
+        A bank is linear in current: a drive, or a sensor, by which the same torque takes 1 - z of
+        its current takes as much of that of friction's rise; so f there is f (1 - z).
+        """
+        at, z = self._terms(fault), self.healthy.space.places["z"].start + self._joint(fault)
+        per = left(float(x[z]))
+        J = np.zeros((len(at), len(x)))
+        J[range(len(at)), at], J[:, z] = per, per**2 * x[at]
+        return per * x[at], J @ P @ J.T
 
     def _terms(self, fault: Fault) -> Index:
         """Places of the friction states of a fault's joint, (3,)."""

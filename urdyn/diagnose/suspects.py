@@ -39,18 +39,14 @@ class Suspect:
         A bank is linear in current: a drive that takes x more for the same torque has 1 / (1 + x)
         of its health left, not 1 - x.
         """
-        told = self._left(size) - 1.0 if self.kind.of_health else self.slope(size) * size
+        told = left(size / self.unit) - 1.0 if self.kind.of_health else self.slope(size) * size
         return told, abs(self.slope(size)) * sd
 
     def slope(self, size: float) -> float:
         """Derivative of the reported value by the first state, where that changed by `size`."""
         if self.kind.of_health:
-            return self._left(size) ** 2 / self.unit
+            return left(size / self.unit) ** 2 / self.unit
         return (-1.0 if self.kind.of_sensor else 1.0) / self.unit
-
-    def _left(self, size: float) -> float:
-        """What is left of a drive's health, (0, 1] unless it gained [-]."""
-        return 1.0 / max(1.0 - size / self.unit, LEAST)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +61,11 @@ class Suspects:
         E = np.zeros((n, len(self.states)))
         E[self.states, np.arange(len(self.states))] = 1.0
         return E
+
+
+def left(z: float) -> float:
+    """What is left of a drive's health by its state z, (0, 1] unless it gained [-]."""
+    return 1.0 / max(1.0 - z, LEAST)
 
 
 def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
