@@ -75,6 +75,18 @@ def test_a_trial_keeps_all_findings_in_the_order_of_alarm(monkeypatch: pytest.Mo
     assert trial.delays == (31.0 - ONSET, 40.0 - ONSET, 50.0 - ONSET)
 
 
+def test_a_pair_of_kinds_may_befall_one_joint(monkeypatch: pytest.MonkeyPatch) -> None:
+    none = SimpleNamespace(findings=[], document={"observability": {PROBED: []}})
+    monkeypatch.setattr(diagnosis_trials, "diagnose", lambda *_: none)
+    monkeypatch.setattr(diagnosis_trials, "DURATION", 2.0)
+    arm = load_arm("ur10e")
+    sets = (("friction_increase", "health_degradation"), ("friction_increase+health_degradation",))
+    apart, alike = trials(virtual_arm(arm, 0), None, typical_sensors(arm), 1, 0, sets)
+    for trial, joints in ((apart, 2), (alike, 1)):
+        assert [kind for kind, _ in trial.truth] == list(sets[0])
+        assert len({joint for _, joint in trial.truth}) == joints
+
+
 def test_every_kind_has_room_on_an_ordinary_terminal() -> None:
     console = Console(width=80)
     with console.capture() as said:

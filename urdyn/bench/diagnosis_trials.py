@@ -46,9 +46,10 @@ PAIRS = (
     ("friction_increase", "payload_change"),
     ("health_degradation", "sensor_fault"),
     ("collision", "friction_increase"),
+    ("friction_increase+health_degradation",),
 )
 Fault = tuple[str, int | None]  # a kind and its joint
-Sets = tuple[tuple[str, ...], ...]  # kinds that are present at once
+Sets = tuple[tuple[str, ...], ...]  # kinds that are present at once; with a +, on one joint
 ALONE: Sets = ((), *((kind,) for kind in FAULTS))
 PROBED = "joint_backlash"  # shows where the load changes sign quickly: its joint moves to and fro
 NOTHING = "nothing"
@@ -115,10 +116,11 @@ def _trial(
 ) -> Trial:
     joints = rng.permutation(dynamics.arm.joints)
     texts, truth = [], []
-    for kind, joint in zip(kinds, joints, strict=False):
-        text, where = _fault(kind, int(joint), rng)
-        texts.append(text)
-        truth.append((kind, where))
+    for alike, joint in zip(kinds, joints, strict=False):
+        for kind in alike.split("+"):
+            text, where = _fault(kind, int(joint), rng)
+            texts.append(text)
+            truth.append((kind, where))
     faults = tuple(parse_fault(text, dynamics.arm.joints) for text in texts)
     work = plan("fourier", dynamics.arm, DURATION, RATE, rng)
     if kinds == (PROBED,):
