@@ -413,14 +413,32 @@ def test_what_was_acknowledged_is_not_told_again_by_chance() -> None:
     assert not known.quiets(replace(small, size=WORSE * abs(seen) + 2.1 * sd))
 
 
+@pytest.mark.parametrize("ended", [False, True])
 @pytest.mark.parametrize("gone", [False, True])
-def test_what_was_acknowledged_and_is_gone_at_the_end_of_a_run_is_told_when_it_comes_back(
-    tmp_path: Path, gone: bool
+def test_what_was_acknowledged_and_is_gone_is_told_when_it_comes_back(
+    tmp_path: Path, gone: bool, ended: bool
 ) -> None:
-    seen = {FOUND.id: {"severity": FOUND.severity, "size": FOUND.size}}
+    """In the same run, too; what was not found yet is gone only once the run has ended."""
+    other = replace(FOUND, id="yet to be found")
+    seen = {f.id: {"severity": f.severity, "size": f.size} for f in (FOUND, other)}
     (tmp_path / "acknowledged.json").write_text(json.dumps(seen))
-    forget_gone(tmp_path, [replace(FOUND, size=0.01, severity="notice", gone=gone)])
-    assert acknowledged(tmp_path).quiets(FOUND) != gone
+    forget_gone(tmp_path, [replace(FOUND, size=0.01, severity="notice", gone=gone)], ended)
+    known = acknowledged(tmp_path)
+    assert (known.quiets(FOUND), known.quiets(other)) == (not gone, not ended)
+
+
+def test_what_was_acknowledged_is_forgotten_while_the_run_goes_on(
+    shop: Shop, tmp_path: Path
+) -> None:
+    session = Session(Job(shop.fit, 0.01, read_rules(), tmp_path, 0, {}, {}))
+    (tmp_path / "acknowledged.json").write_text(
+        json.dumps({FOUND.id: {"severity": FOUND.severity, "size": FOUND.size}})
+    )
+    for gone in (False, True):
+        book = replace(session._state.book, findings=(replace(FOUND, gone=gone),))
+        session._state = replace(session._state, book=book)
+        session.write()
+        assert bool(session.untold([FOUND])) == gone
 
 
 @pytest.mark.parametrize(

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose import onsets
+from urdyn.diagnose import Diagnosis, Finding, onsets
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.healthy import Healthy
+from urdyn.diagnose.ledger import Book
 from urdyn.diagnose.onsets import Block, Straying
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rules import read_rules
@@ -78,6 +81,32 @@ def test_a_fault_that_is_known_began_at_its_onset_and_nowhere_else(
     bank = recall.again(healthy, known, straying, of.directions(healthy.size))
     others = np.delete(bank.x, at)
     assert np.abs(others / np.sqrt(np.delete(np.diag(bank.P), at) + 1e-12)).max() < 1.0
+
+
+def test_what_is_gone_and_comes_back_is_another_fault(shop: Shop) -> None:
+    """With an onset, an alarm and a course of its own, and told as any other is."""
+    diagnosis = Diagnosis(shop.fit, 0.01)
+    judge, ledger, slow = diagnosis.slow.judge, diagnosis.ledger, diagnosis.slow.init()
+    at, begins = diagnosis.space.places["z"].start + 2, (4, 18)
+    book, told = Book(), list[Finding]()
+    for n in range(22):
+        truth, straying = np.zeros(judge.healthy.size), judge.straying(slow)
+        truth[at] = -0.25 * (begins[0] <= n < 15 or n >= begins[1])
+        block = judge.healthy.leaping(_told(judge.healthy, truth, at, LENGTH * n), slow.known)
+        bank = onsets.step(slow.bank, block, straying, judge.E, slow.waited > 0)
+        recall = slow.recall.after(block, judge.healthy, slow.known, straying)
+        slow = judge.judged(replace(slow, bank=bank, recall=recall, found=()))
+        book, new = ledger.changes(book, slow)
+        book, slow = ledger.closed(book, slow)
+        told += new
+    first, gone, back = told
+    assert [f.gone for f in told] == [False, True, False]
+    assert gone.onset_s == first.onset_s and back.onset_s > gone.onset_s
+    for finding, begin in ((first, LENGTH * begins[0]), (back, LENGTH * begins[1])):
+        lo, hi = finding.onset_interval_s
+        assert lo <= begin <= hi <= finding.alarm_s and finding.size == pytest.approx(
+            -0.2, abs=0.01
+        )
 
 
 def test_what_may_have_leapt_is_believed_as_a_wider_prior_says() -> None:

@@ -17,7 +17,7 @@ Name = Annotated[str, typer.Argument(metavar="ID", show_default=False)]
 def acknowledge(folder: Folder, name: Name, json: Json = False, quiet: Quiet = False) -> None:
     """Mark a finding of a tracked run as seen, by its id in DIR/findings.json.
 
-    It stays quiet until it gets worse, or was gone at the end of a run and comes back.
+    It stays quiet until it gets worse, or is gone and comes back.
 
     Example: [bold]urdyn acknowledge monday friction_increase.elbow_joint[/bold]
     """

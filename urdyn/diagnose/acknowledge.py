@@ -6,7 +6,7 @@ Who sets the controller to a load has seen it, unless it is critical.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -96,10 +96,10 @@ def _advised(document: Mapping[str, Any]) -> str:
     return sentence(document["recommendation"], document["findings"], judged)
 
 
-def forget_gone(folder: Path, findings: Iterable[Finding]) -> None:
-    """At a run's end, drop what is gone or was not found: if it returns, it is another fault."""
-    seen = acknowledged(folder).seen
-    left = {f.id: dict(seen[f.id]) for f in findings if f.id in seen and not f.gone}
+def forget_gone(folder: Path, findings: Sequence[Finding], ended: bool = False) -> None:
+    """Drop what is gone, or was not found in a run that has ended: it returns as another fault."""
+    seen, gone = acknowledged(folder).seen, {f.id: f.gone for f in findings}
+    left = {name: dict(of) for name, of in seen.items() if not gone.get(name, ended)}
     if not left:
         (folder / FILE).unlink(missing_ok=True)
     elif len(left) < len(seen):

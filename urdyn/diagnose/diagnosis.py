@@ -224,7 +224,8 @@ class Diagnosis:
     def _changes(self, state: State) -> tuple[State, list[Finding]]:
         """New changes as findings, and the course of the known ones."""
         book, found = self.ledger.changes(state.book, state.slow)
-        return replace(state, book=book), found
+        book, slow = self.ledger.closed(book, state.slow)
+        return replace(state, book=book, slow=slow), found
 
     def findings(self, state: State) -> list[Finding]:
         """All findings as they are now; `state.findings` has them as last reported."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -224,6 +224,12 @@ class Judge:
         bank = onsets.first(x, P, self.E.shape[1], t, state.bank.middle)
         recall = Recall(t, x, P)
         return replace(state, bank=bank, recall=recall, before=(bank, recall))
+
+    def without(self, state: SlowState, over: Collection[int]) -> SlowState:
+        """Without known changes of these suspects, which are over: they may change anew."""
+        known = tuple(fault for fault in state.known if fault.suspect not in over)
+        carrying = replace(state.carrying, unclaimed=())  # kept by what was known
+        return self.afresh(replace(state, known=known, carrying=carrying, waited=0))
 
     def relieved(self, state: SlowState, more: Array) -> SlowState:
         """Look for changes of a new load from here on; of joints as before.

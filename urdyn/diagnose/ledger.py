@@ -83,6 +83,16 @@ class Ledger:
         findings, more = entered(book.findings, grown)
         return replace(book, findings=findings), found + more
 
+    def closed(self, book: Book, slow: SlowState) -> tuple[Book, SlowState]:
+        """Without the course of what is gone: its finding stays, and what comes back is another."""
+        gone = {finding.id for finding in book.findings if finding.gone}
+        of = self.judge.of.each
+        over = {k for k in slow.suspects if identity(of[k], self.space) in gone}
+        if not over:
+            return book, slow
+        series = {k: levels for k, levels in book.series.items() if k not in over}
+        return replace(book, series=series), self.judge.without(slow, over)
+
     def now(self, book: Book, slow: SlowState) -> list[Finding]:
         """All findings, up to date."""
         known = {k: self.judge.of.each[k] for k in slow.suspects}
@@ -155,15 +165,15 @@ def finding_of(event: Event, book: Findings, space: Space, rules: Rules) -> Find
 def entered(book: Findings, new: Sequence[Finding]) -> tuple[Findings, list[Finding]]:
     """The book with new findings, and those as entered.
 
-    One of a known name is replaced, and keeps its alarm. One that shows again, such as a sensor
-    stuck while its joint stood still, keeps its first onset.
+    One of a known name is replaced, and keeps its alarm, unless it was gone. One that shows again,
+    such as a sensor stuck while its joint stood still, keeps its first onset.
     """
     if not new:
         return book, []
     findings = {finding.id: finding for finding in book}
     for finding in new:
-        if finding.id in findings:
-            old = findings[finding.id]
+        old = findings.get(finding.id)
+        if old and not old.gone:
             first = old if _goes_on(old, finding.onset_s) else finding
             finding = replace(
                 finding,

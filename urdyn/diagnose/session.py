@@ -46,7 +46,7 @@ class Session:
     def finish(self) -> list[Finding]:
         """End the stream; returns the findings of the last rows."""
         self._state, found = self.diagnosis.finish(self._state)
-        forget_gone(self.job.folder, self.diagnosis.findings(self._state))
+        forget_gone(self.job.folder, self.diagnosis.findings(self._state), ended=True)
         return found
 
     def keep(self, index: int) -> None:
@@ -56,6 +56,7 @@ class Session:
     def write(self) -> dict[str, Any]:
         """Update DIR/findings.json; returns its content."""
         job, now = self.job, self.diagnosis.findings(self._state)
+        forget_gone(job.folder, now)
         observability = self.diagnosis.observable(self._state)
         document = findings_document(
             self._known(now),

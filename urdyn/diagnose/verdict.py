@@ -123,7 +123,8 @@ def worse(old: Finding, new: Finding) -> bool:
     """Whether a finding has changed enough to be reported again."""
     more = abs(new.size - old.size) >= WORSE * abs(old.size) + new.chance
     grows = new.says.growing and not old.says.growing
-    return new is not old and (more or grows or new.severity != old.severity)
+    level = new.severity != old.severity or new.gone != old.gone
+    return new is not old and (more or grows or level)
 
 
 def grown(old: Finding, suspect: Suspect, series: Series, now: float, strays: float) -> Finding:
@@ -150,7 +151,7 @@ def grown(old: Finding, suspect: Suspect, series: Series, now: float, strays: fl
         old,
         size=size,
         size_sd=unsure,
-        severity=_held(old.severity, suspect.grown(size), sd, kind),
+        severity=SEVERITIES[0] if gone else _held(old.severity, suspect.grown(size), sd, kind),
         text=text + (", gone by now" if gone else _likewise(kind)),
         advice=GONE if gone else kind.advice,
         evidence=dict(old.evidence) | {"series": _series(series)},
