@@ -538,6 +538,15 @@ def test_a_change_has_the_size_of_the_last_block_that_tells_it(shop: Shop) -> No
         assert (now.severity, now.size) == ("critical", -size) and now.size_sd < 0.1
 
 
+def test_what_is_repaired_is_gone_however_long_its_joint_was_sound_before(shop: Shop) -> None:
+    """And a notice, though its block alone could not say that it is no warning."""
+    sound, broken = (
+        [(5.0 * k, x, 0.09) for k in ks] for x, ks in ((0.0, range(-48, 1)), (1.9, range(1, 12)))
+    )
+    now = found_then(shop, "sensor_fault", 1.9, 0.09, [*sound, *broken, (60.0, 0.1, 0.09)], 62.5)
+    assert now.gone and now.severity == "notice"
+
+
 def test_a_rate_is_told_as_what_people_read_grows(shop: Shop) -> None:
     """A sensor's bank has the current that is missing: what is read of it falls as that rises."""
     diagnosis = shop.diagnosis(shop.log(seconds=2.0))

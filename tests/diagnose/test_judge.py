@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -113,9 +112,8 @@ def test_what_begins_once_the_load_is_another_is_as_old_as_that_at_most(
 def test_a_change_that_grows_slowly_is_never_gone_and_one_that_is_repaired_is(shop: Shop) -> None:
     of, rng, sd = suspects(space(shop.fit), read_rules().slow), np.random.default_rng(0), 0.025
     friction = next(s for s in of.each if s.kind.name == "friction_increase")
-    told = SimpleNamespace(gone=False)
     for _ in range(20):
         size = np.linspace(0.0, 0.08, 200) + 0.5 * sd * rng.standard_normal(200)
         worn = [(5.0 * k, float(x), sd) for k, x in enumerate(size)]
-        assert not any(_gone(told, friction, worn[:k]) for k in range(100, 201))
-        assert _gone(told, friction, [*worn[:150], *((750.0, 0.2, sd),) * 200, (1750.0, 0.01, sd)])
+        assert not any(_gone(friction, worn[:k]) for k in range(100, 201))
+        assert _gone(friction, [*worn[:150], *((750.0, 0.2, sd),) * 200, (1750.0, 0.01, sd)])

@@ -146,7 +146,7 @@ def grown(old: Finding, suspect: Suspect, series: Series, now: float, strays: fl
     unsure, at = _unsure(suspect, size, sd), f" at stamp {now:.1f} s," if forecast else ""
     since = _since(old.onset_s, old.onset_interval_s, old.older)
     text = _said(kind, old.name, size, unsure, since, at)
-    gone = _gone(old, suspect, series)
+    gone = _gone(suspect, told)
     new = replace(
         old,
         size=size,
@@ -176,18 +176,21 @@ def _telling(suspect: Suspect, series: Series, onset: float) -> Series:
     return [level for level in _read(suspect, series) if level[0] > onset and tells(*level[1:])]
 
 
-def _gone(old: Finding, suspect: Suspect, series: Series) -> bool:
+def _gone(suspect: Suspect, told: Series) -> bool:
     """Whether a joint's change is now too small to report, and surely less than it mostly was.
 
     Its maximum would also be one of noise, which grows with the series.
+
+    Args:
+        told: its sizes since its onset, as reported.
     """
-    _, size, sd = series[-1]
-    left, mostly = suspect.grown(size), np.median([suspect.grown(each) for _, each, _ in series])
-    surely = old.gone or left + SURELY_BELOW * sd < mostly
+    _, size, sd = told[-1]
+    left = suspect.grown(size)
+    mostly = float(np.median([suspect.grown(each) for _, each, _ in told]))
     least = suspect.kind.least  # of its own state; for all friction, what is not significant
     if suspect.kind.of_friction:
         least = min(least, SURELY_BELOW * sd)
-    return suspect.joint is not None and left < least and surely
+    return suspect.joint is not None and left < least and left + SURELY_BELOW * sd < mostly
 
 
 def _forecast(suspect: Suspect, course: Course) -> dict[str, Any] | None:
