@@ -547,6 +547,16 @@ def test_what_is_repaired_is_gone_however_long_its_joint_was_sound_before(shop: 
     assert now.gone and now.severity == "notice"
 
 
+@pytest.mark.parametrize(("sd", "severity"), [(0.05, "critical"), (0.02, "warning")])
+def test_what_is_not_surely_below_a_level_that_it_had_says_so(
+    shop: Shop, sd: float, severity: str
+) -> None:
+    series = [(5.0 * k, x, sd) for k, x in enumerate((0.55, 0.55, 0.55, 0.41), 1)]
+    now = found_then(shop, "friction_increase", 0.55, sd, series, 22.5)
+    assert now.severity == severity
+    assert now.text.endswith(", not surely below critical") == (severity == "critical")
+
+
 def test_a_rate_is_told_as_what_people_read_grows(shop: Shop) -> None:
     """A sensor's bank has the current that is missing: what is read of it falls as that rises."""
     diagnosis = shop.diagnosis(shop.log(seconds=2.0))

@@ -146,13 +146,15 @@ def grown(old: Finding, suspect: Suspect, series: Series, now: float, strays: fl
     unsure, at = _unsure(suspect, size, sd), f" at stamp {now:.1f} s," if forecast else ""
     since = _since(old.onset_s, old.onset_interval_s, old.older)
     text = _said(kind, old.name, size, unsure, since, at)
-    gone = _gone(suspect, told)
+    gone, level = _gone(suspect, told), severity(suspect.grown(size), kind.warning, kind.critical)
+    held = SEVERITIES[0] if gone else _held(old.severity, suspect.grown(size), sd, kind)
+    still = f", not surely below {held}" if held != level else ""
     new = replace(
         old,
         size=size,
         size_sd=unsure,
-        severity=SEVERITIES[0] if gone else _held(old.severity, suspect.grown(size), sd, kind),
-        text=text + (", gone by now" if gone else _likewise(kind)),
+        severity=held,
+        text=text + (", gone by now" if gone else still + _likewise(kind)),
         advice=GONE if gone else kind.advice,
         evidence=dict(old.evidence) | {"series": _series(series)},
         gone=gone,
