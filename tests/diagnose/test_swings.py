@@ -80,6 +80,28 @@ def test_a_swing_below_the_band_is_told_by_what_friction_makes_of_it_as_what_it_
     assert np.allclose(line.sizes, 2.0 if told < 5.0 else 1.0, atol=0.3)
 
 
+@pytest.mark.parametrize("rate", [50.0, 100.0, 125.0, 500.0])
+def test_a_line_beyond_the_searched_spectrum_or_at_half_the_rate_is_none(
+    shop: Shop, rate: float
+) -> None:
+    """Mains hum of 60 Hz, and what alternates from row to row."""
+    ear = Oscillation(space(shop.fit), 1.0 / rate, read_rules().fast.controller_instability)
+    t = np.arange(round(0.9 * rate)) / rate
+    sound = 0.05 * np.random.default_rng(25).standard_normal((3, len(t), 6))
+    usual, _ = ear.search.look(ear.init().usual[0], 0.9, t, sound)
+    f = ear.search._frequencies(t)
+
+    def told(frequency: float) -> bool:
+        rings = sound.copy()
+        sizes = np.linspace(6.0, 1.0, 6)  # the loudest drive is not always the clearest
+        rings[:2] += np.cos(2.0 * np.pi * frequency * t)[:, None] * sizes
+        return bool(ear.search.look(usual, 0.9, t, rings)[1])
+
+    outside = f[-1] + f[1] * np.arange(-0.5, 2.1, 0.25)
+    assert told(f[-3])
+    assert not any(told(frequency) for frequency in outside if frequency <= 0.5 * rate)
+
+
 def test_noise_is_blamed_for_what_it_does_to_a_quarter_and_for_no_more(shop: Shop) -> None:
     """A swing that fades by a third passes beside noise that does as much, and not beside less."""
     ear = Oscillation(space(shop.fit), 0.002, read_rules().fast.controller_instability)

@@ -153,6 +153,8 @@ class LineSearch:
                 if any(half[k, near].max() < HALVES for half in halves):
                     continue
                 frequency = refined(x[k], t, f[at], f[1])
+                if frequency > f[-2]:  # of a line outside, or too near its own image there
+                    continue
                 sizes = course(x[k], t, frequency)
                 whole = amplitude(x[k], t, frequency)
                 noise = 0.0 if k == SPEED else self.scatter(j, whole, len(t))
