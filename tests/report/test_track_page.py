@@ -26,7 +26,7 @@ from urdyn.errors import LogError
 from urdyn.report.track.change import LEVELS, SDS, SHARE, UNSURE, compare_track
 from urdyn.report.track.history import History, Series
 from urdyn.report.track.page import track_page
-from urdyn.report.track.surprise import surprise
+from urdyn.report.track.surprise import surprise, surprises
 from urdyn.report.track.trace import POINTS, trend
 
 PLOT = re.compile(
@@ -215,6 +215,15 @@ def test_white_innovations_lie_in_their_band_as_often_as_it_says(quiet):
         (np.mean((found.mean > found.low) & (found.mean < found.high)), len(found.mean)),
     ):
         assert abs(inside - 0.9) < 4.0 * np.sqrt(0.09 / count)
+
+
+def test_a_current_that_reads_0_throughout_has_a_residual_and_no_share(tmp_path):
+    """As a recorder of whole amperes writes a light joint's."""
+    history = History(
+        (write(tmp_path / "zero.parquet", columns() | {"current_1": np.zeros(ROWS)}),)
+    )
+    told = str(surprises(history, surprise(history)))
+    assert "of the current" in told and "A, where the current reads 0" in told
 
 
 def test_what_a_change_explains_is_no_surprise(quiet, tmp_path):

@@ -88,9 +88,9 @@ def _error(current: Array, left: Array) -> str:
     told = np.isfinite(left) & np.isfinite(current)
     if not told.any():
         return "never compared"
-    rms = float(np.sqrt(np.mean(left[told] ** 2)))
-    share = rms / float(np.sqrt(np.mean(current[told] ** 2)))
-    return f"rms {number(rms)} A, {percent(share)} of the current"
+    rms, whole = (float(np.sqrt(np.mean(x[told] ** 2))) for x in (left, current))
+    share = f"{percent(rms / whole)} of the current" if whole else "where the current reads 0"
+    return f"rms {number(rms)} A, {share}"
 
 
 def _nis(history: History, found: Surprise) -> go.Figure:
