@@ -314,6 +314,15 @@ def test_parquet_lists_and_columns_are_the_same_log(tmp_path: Path) -> None:
     assert read(path, rows=(1, 3)).source.rows == (1, 3)
 
 
+def test_parquet_lists_of_several_lengths_are_refused_though_their_sum_fits(tmp_path: Path) -> None:
+    """One value too few and later one too many would shift all between by a joint."""
+    path, q = tmp_path / "log.parquet", [[0.0, 1.0, 2.0] for _ in range(9)]
+    q[3], q[5] = q[3][:2], [*q[5], 3.0]
+    pq.write_table(pa.table({"timestamp": np.arange(9) / 100.0, "actual_q": pa.array(q)}), path)
+    with pytest.raises(LogError, match="lists of more than one length"):
+        read(path)
+
+
 @pytest.mark.parametrize("lists", [False, True])
 def test_nulls_of_parquet_are_empty_fields(tmp_path: Path, lists: bool) -> None:
     """As pandas writes what was not measured."""

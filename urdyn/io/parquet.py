@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from urdyn.errors import LogError
@@ -86,9 +87,10 @@ def _split(name: str, column: pa.Array, path: str) -> list[tuple[str, pa.Array]]
     if not _is_list(column.type):
         return [(name, column)]
     cells = column.flatten()
-    width, rest = divmod(len(cells), max(len(column), 1))
-    if rest or column.null_count:
+    widths = pc.unique(pc.list_value_length(column)).to_pylist()
+    if len(widths) > 1 or column.null_count:
         raise LogError("has lists of more than one length", path)
+    width = sum(widths)  # 0 of no rows
     places = (pa.array(np.arange(k, len(cells), width)) for k in range(width))
     return [(f"{name}_{k}", cells.take(place)) for k, place in enumerate(places)]
 
