@@ -5,9 +5,11 @@ from __future__ import annotations
 import gzip
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -280,6 +282,30 @@ def test_what_cannot_be_opened_is_refused(name: str, told: str, tmp_path: Path) 
         read(tmp_path / name)
     with pytest.raises(LogError, match=told):
         read(tmp_path / name, columns="timestamp,actual_q*6")
+
+
+@pytest.mark.parametrize("tail", [b"", bytes(4096)], ids=["cut", "zeros"])
+@pytest.mark.parametrize("form", ["gzip", "zstd", "zstd in frames"])
+def test_a_torn_archive_is_read_up_to_its_tear(form: str, tail: bytes, tmp_path: Path) -> None:
+    """A piece of 16 kB more is lost, at most; no number is read of which digits are missing."""
+    rng = np.random.default_rng(3)
+    rows = [
+        f"{n / 100.0:.2f},{a!r},{b!r}" for n, (a, b) in enumerate(rng.random((8000, 2)).tolist())
+    ]
+    plain = joined(["timestamp,actual_q_0,actual_q_1", *rows])
+    zstd = partial(pa.compress, codec="zstd", asbytes=True)
+    frames = [zstd(plain[at : at + 20_000]) for at in range(0, len(plain), 20_000)]
+    packed = {"gzip": gzip.compress(plain), "zstd": zstd(plain), "zstd in frames": b"".join(frames)}
+    path, whole = tmp_path / "log.csv", packed[form]
+    path.write_bytes(whole)
+    sound = read(path)
+    path.write_bytes(whole[: len(whole) * 4 // 5] + tail)
+    log = read(path)
+    assert 0.7 * len(sound.t) < len(log.t) < len(sound.t)
+    np.testing.assert_array_equal(log.t, sound.t[: len(log.t)])
+    np.testing.assert_array_equal(log.joint("actual_q"), sound.joint("actual_q")[: len(log.t)])
+    [torn] = log.defects
+    assert (torn.kind, torn.line) == ("torn archive", len(log.t) + 2)
 
 
 @settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import BinaryIO
 
 from urdyn.errors import LogError
+from urdyn.io.compression import Unpacked
 
 SIZE = 1 << 24  # [bytes]: large enough for all cores, small beside the numbers
 LONGEST = 1 << 24  # [bytes]: no row is as long as this
@@ -41,8 +41,8 @@ class Block:
         return head, Block(self.data[cut:], self.line + head.lines)
 
 
-def blocks(stream: BinaryIO, path: str) -> Iterator[Block]:
-    """The stream, block after block, without a byte order mark."""
+def blocks(stream: Unpacked, path: str) -> Iterator[Block]:
+    """The stream, block after block, without a byte order mark, nor the line that a tear broke."""
     line, rest = 1, b""
     while chunk := _chunk(stream):
         chunk = chunk.removeprefix(BOM) if line == 1 and not rest else chunk
@@ -52,11 +52,11 @@ def blocks(stream: BinaryIO, path: str) -> Iterator[Block]:
             line, rest = line + block.lines, tail
         elif len(rest := rest + tail) > LONGEST:
             raise LogError(f"a line of more than {LONGEST >> 20} MB: no recording", path, line)
-    if rest:
+    if rest and not stream.torn:
         yield Block(rest, line)
 
 
-def _chunk(stream: BinaryIO) -> bytes:
+def _chunk(stream: Unpacked) -> bytes:
     """SIZE bytes, or all that is left: decompressors may give less than they are asked for."""
     parts, wanted = [], SIZE
     while wanted > 0 and (part := stream.read(wanted)):

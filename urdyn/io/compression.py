@@ -33,6 +33,30 @@ WRITERS: dict[str, Callable[[BinaryIO], Any]] = {
 TORN = (EOFError, OSError, lzma.LZMAError, zlib.error, pa.ArrowException, UnicodeDecodeError)
 
 
+PIECE = 1 << 14  # [bytes] that a tear takes with it, at most
+
+
+class Unpacked:
+    """A file's bytes, decompressed; those of a torn archive up to the tear."""
+
+    def __init__(self, stream: BinaryIO, packed: bool) -> None:
+        self._stream, self._packed = stream, packed
+        self._begun = self.torn = False  # has it given bytes; did it then break?
+
+    def read(self, size: int) -> bytes:
+        """Up to `size` bytes; none at the end, or from a tear on. Raises where none came before."""
+        if not self._packed:
+            return self._stream.read(size)
+        try:
+            piece = b"" if self.torn else self._stream.read(min(size, PIECE))
+        except TORN:
+            if not self._begun:
+                raise
+            self.torn, piece = True, b""
+        self._begun = True
+        return piece
+
+
 class HashedFile(io.RawIOBase):
     """A file that is hashed as it is read, so that a large one is read once."""
 
@@ -56,11 +80,11 @@ class HashedFile(io.RawIOBase):
         return self._hash.hexdigest()
 
 
-def decompressed(file: HashedFile) -> BinaryIO:
+def decompressed(file: HashedFile) -> Unpacked:
     """The file's bytes, decompressed."""
     raw = io.BufferedReader(file, 1 << 20)
     start = raw.peek(8)
     for magic, reader in READERS.items():
         if start.startswith(magic):
-            return cast(BinaryIO, reader(cast(BinaryIO, raw)))
-    return cast(BinaryIO, raw)
+            return Unpacked(reader(cast(BinaryIO, raw)), packed=True)
+    return Unpacked(cast(BinaryIO, raw), packed=False)

@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 from urdyn.errors import LogError
 from urdyn.io import bags, parquet
 from urdyn.io.blocks import blocks
-from urdyn.io.compression import TORN, HashedFile, decompressed
+from urdyn.io.compression import TORN, HashedFile, Unpacked, decompressed
 from urdyn.io.dialect import Dialect, sniff
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.files import sha256
@@ -85,11 +85,12 @@ def read_table(
             is_parquet = stream.read(len(parquet.MAGIC)) == parquet.MAGIC
             stream.seek(0)
             file = HashedFile(stream)
+            unpacked = decompressed(file)
             if is_parquet:
                 _refuse(columns, "Parquet", path)
                 pieces = list(_parquet(str(path), bounds, channels))
             else:
-                pieces = list(_text(file, str(path), columns, bounds, channels))
+                pieces = list(_text(unpacked, str(path), columns, bounds, channels))
             source = Source(str(path), file.sha256())
     except TORN as error:
         told = " ".join(str(error).split())  # Arrow's message has several lines
@@ -98,6 +99,10 @@ def read_table(
     if not pieces:
         raise LogError("has no data", path)
     table = join(pieces)
+    if unpacked.torn:
+        line = int(table.line.max(initial=0)) + 1
+        torn = Defect("torn archive", 1, line, "what follows is lost")
+        table = replace(table, defects=merge((*table.defects, torn)))
     return table, source if rows is None else replace(source, rows=_cut(rows, table.rows, path))
 
 
@@ -134,14 +139,14 @@ def _cut(rows: Rows, count: int, path: str | Path) -> tuple[int, int]:
 
 
 def _text(
-    file: HashedFile,
+    file: Unpacked,
     path: str,
     columns: str | None,
     bounds: tuple[int, float],
     channels: Collection[str] | None,
 ) -> Iterator[Table]:
     """Tables of a text file; the first also carries what is amiss with its columns."""
-    parts = blocks(decompressed(file), path)
+    parts = blocks(file, path)
     start = next(parts, None)
     if start is None:
         raise LogError("is empty", path)
