@@ -55,7 +55,10 @@ def test_one_in_twenty_fails_by_the_lower_limit_and_few_soon_after(lo):
 
 @given(median=st.floats(1.0, 1e5), spread=st.floats(1.01, 10.0), sure=st.floats(0.0, 1.0))
 def test_costs_are_those_of_a_simulated_fleet(median, spread, sure):
-    """Oracle: the expectation over failure times drawn from the same distribution."""
+    """Oracle: the expectation over failure times drawn from the same distribution.
+
+    A service now forestalls what is due at once.
+    """
     t, failed = outlook(COSTS, sure, median, median / spread, median * spread)
     decision = decide(t, failed, COSTS)
     u = (np.arange(20_000) + 0.5) / 20_000
@@ -63,7 +66,7 @@ def test_costs_are_those_of_a_simulated_fleet(median, spread, sure):
 
     def cost(at: float, price: float) -> float:
         lived = np.minimum(tau, at)
-        paid = np.where(tau <= at, COSTS.failure, price)
+        paid = np.where((tau <= at) & (at > 0.0), COSTS.failure, price)
         return float(np.mean(paid + COSTS.service * (COSTS.horizon - lived) / COSTS.life))
 
     # Quantiles and the trapezoid rule are one part in 20,000 and in 800 off; costs are at most 10.
@@ -85,6 +88,19 @@ def test_a_forecast_that_may_never_cross_is_decided_by_all_that_it_says():
     decision = decide(at, made.failed(at), COSTS)
     assert decision.advice != "never"
     assert decision.never >= COSTS.failure * (1.0 - made.health(COSTS.horizon))
+
+
+def test_a_level_that_is_passed_is_due_at_once_however_that_is_said():
+    """The joint is at work, so what was forecast for the past has not ended it."""
+    healthy = 0.1 + 0.01 * np.random.default_rng(22).standard_normal(1000)
+    y = 0.1 + 0.002 * np.maximum(np.arange(120.0) - 20.0, 0.0)
+    made = forecast(y + 0.01 * np.random.default_rng(23).standard_normal(120), healthy, 0.2, 0.25)
+    at = outlook(COSTS)[0]
+    passed, soon = decide(at, made[0].failed(at), COSTS), chosen(1e-3)
+    assert made[0].failed(at)[0] > 0.999 and passed.advice == soon.advice == "now"
+    told = [[d.now, d.later, d.never] for d in (passed, soon)]
+    # A failure within the first step of the outlook, 0.06 h, is one to the trapezoid rule.
+    assert told[0] == pytest.approx(told[1], abs=1e-4)
 
 
 @given(median=st.floats(1.0, 1e5), more=st.floats(1.0, 100.0))

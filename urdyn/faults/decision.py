@@ -67,7 +67,8 @@ def decide(t: Array, failed: Array, costs: Costs | None = None) -> Decision:
 
     Args:
         t: times from now, ascending from 0, (N,) [h]; the last is the horizon.
-        failed: probability of a failure by then, (N,), not falling.
+        failed: probability of a failure by then, (N,), not falling. The joint is at work: what is
+            due by time 0 comes at once, and a service now forestalls it.
 
     Raises:
         InputError: they do not fit each other, or end before a service counts as planned.
@@ -79,6 +80,7 @@ def decide(t: Array, failed: Array, costs: Costs | None = None) -> Decision:
         raise InputError(f"there are {len(t)} times and {len(failed)} probabilities; give as many")
     if not len(t) or t[0] != 0.0 or t[-1] < costs.notice:
         raise InputError(f"times have to reach from 0 to the notice of {costs.notice:g} h at least")
+    failed = np.concatenate([[0.0], failed[1:]])
     survived = 1.0 - failed
     lived = np.concatenate([[0.0], np.cumsum(np.diff(t) * 0.5 * (survived[1:] + survived[:-1]))])
     renewed = costs.service / costs.life * (t[-1] - lived)  # by T: E min(tau, T) is lived
