@@ -197,6 +197,15 @@ def test_settings_of_no_ramp_are_refused(settings: dict[str, Any]) -> None:
         follow_ramp(np.zeros(5), **({"sigma": 0.02} | settings))
 
 
+def test_no_ramp_depends_on_where_its_readings_have_their_zero() -> None:
+    """Encoder counts, pressures in Pa; beyond rounding, one part in 1e16 of the shift."""
+    y = np.random.default_rng(31).standard_normal(60)
+    y[0] = np.nan
+    near, far = follow_ramp(y, 1.0), follow_ramp(y + 1e7, 1.0)
+    np.testing.assert_allclose(far["f.rate"], near["f.rate"], atol=1e-6)
+    np.testing.assert_allclose(far["f"][1:] - 1e7, near["f"][1:], atol=1e-6)
+
+
 def test_time_may_be_counted_in_seconds_or_in_steps() -> None:
     y = ramp(20) + 0.02 * np.random.default_rng(36).standard_normal(STEPS)
     steps, seconds = follow_ramp(y, 0.02), follow_ramp(y, 0.02, dt=0.01)

@@ -30,10 +30,10 @@ EXPECTED = 40.0  # [steps] until an onset, in the prior
 def ramp_model(sigma: float, level: Gaussian | None = None) -> Joined[Tick]:
     """States "f" and "f.rate", f read every tick with white noise `sigma`; nothing else drifts.
 
-    `level` is the prior of f before the first reading, (1,); vague by default.
+    `level` is the prior of f before the first reading, (1,); by default vague about 0.
     """
     _above_none(sigma, "sigma")
-    known = Gaussian(np.zeros(1), (VAGUE * sigma) ** 2 * np.eye(1)) if level is None else level
+    known = _unknown(sigma, 0.0) if level is None else level
     still = np.zeros(1)
     process = Trend(("f",), known, still, np.array([0]), still, still)
     reading = AffineObservation[Tick](1, lambda _: np.eye(1), np.array([[sigma**2]]))
@@ -89,12 +89,17 @@ def follow_ramp(
 ) -> Track:
     """A parameter that may ramp, from its noisy readings y, (N,), NaN where there is none.
 
-    The arguments are those of `ramp_model` and `ramp_bank`. Prior knowledge of the level and of the
-    steepest ramp helps where ramps are slow relative to the noise; that of the time until an onset
-    where it is long, for until then noise is taken for ramps as often as onsets are expected.
+    The arguments are those of `ramp_model` and `ramp_bank`, but that an unknown level is one about
+    the first reading: no result depends on where the readings have their zero. Prior knowledge of
+    the level and of the steepest ramp helps where ramps are slow relative to the noise; that of the
+    time until an onset where it is long, for until then noise is taken for ramps as often as onsets
+    are expected.
     """
     readings = given_numbers(y, "readings y")[..., None]
-    bank, model = ramp_bank(sigma, direction, dt, steepest, expected), ramp_model(sigma, level)
+    bank = ramp_bank(sigma, direction, dt, steepest, expected)
+    if level is None:
+        level = _unknown(sigma, next(iter(readings[np.isfinite(readings)]), 0.0))
+    model = ramp_model(sigma, level)
     return track(bank, model, [Tick(dt)] * len(readings), readings)
 
 
@@ -128,6 +133,11 @@ def ramp_bound(
     told = np.cumsum(G[:, :, None] * G[:, None, :], axis=0) / sigma**2
     cov = np.linalg.inv(told + np.diag(1.0 / variance[unknown]))
     return np.asarray(np.sqrt(np.einsum("ti,tij,tj->t", G, cov, G)))
+
+
+def _unknown(sigma: float, about: float) -> Gaussian:
+    """Prior of a level that is not known, (1,)."""
+    return Gaussian(np.array([about]), (VAGUE * sigma) ** 2 * np.eye(1))
 
 
 def _above_none(value: object, what: str) -> float:
