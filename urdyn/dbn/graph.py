@@ -159,7 +159,11 @@ class Network:
         return self.unrolled.markov_blanket(node)
 
     def d_separated(self, a: Nodes, b: Nodes, given: Nodes = (), *more: Nodes) -> bool:
-        """Over both slices: whether a and b are independent given all others."""
+        """Over both slices: whether a and b are independent given all others.
+
+        True is certain. Where it is False, they may yet be independent, by coefficients that belong
+        together: p -> c' and c -> c' cancel given p', for the own part of c does not depend on p.
+        """
         return self.unrolled.d_separated(a, b, given, *more)
 
     def hidden(self, observation: str) -> tuple[str, ...]:
