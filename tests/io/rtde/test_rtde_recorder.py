@@ -187,6 +187,23 @@ def test_a_disk_that_is_full_at_the_end_leaves_a_recording_and_says_so(
     assert read(path).t.tolist() == [1.0, 2.0] and list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.parametrize("suffix", [".parquet", ".mcap"])
+def test_a_disk_that_is_full_before_the_end_is_told_and_not_by_the_end(
+    tmp_path: Path, suffix: str
+) -> None:
+    """A recording that broke off is not one of which only the form failed."""
+    journal, path = Journal(tmp_path / f"a{suffix}"), tmp_path / f"a{suffix}"
+    row = pa.record_batch({"timestamp": pa.array([1.0, 2.0]), "actual_q_0": pa.array([0.1, 0.2])})
+    journal.write(row)
+    told = "written: File too large; what is in it is whole, as CSV in zstd, which `urdyn` reads"
+    with room_for(path.stat().st_size), pytest.raises(InputError, match=told):
+        try:
+            journal.write(row)
+        finally:
+            journal.finish({})
+    assert read(path).t.tolist() == [1.0, 2.0]
+
+
 @contextmanager
 def room_for(size: int) -> Iterator[None]:
     """Files may not grow beyond this [bytes]."""

@@ -34,10 +34,8 @@ from urdyn.types import Array
 SUFFIXES = (".parquet", ".mcap", ".csv.zst", ".csv")
 REWRITTEN = (".parquet", ".mcap")
 GROUP = 1 << 24  # [bytes] of CSV that become one row group, about
-KEPT = (
-    "holds the recording as CSV in zstd, which `urdyn` reads and `urdyn convert` rewrites, "
-    "for {} {}"
-)
+PACKED = "CSV in zstd, which `urdyn` reads and `urdyn convert` rewrites"
+KEPT = f"holds the recording as {PACKED}, for {{}} {{}}"
 Column = NDArray[Any]
 
 
@@ -64,6 +62,7 @@ class Journal:
         self.aside: Path | None = None  # where the file's former content is now
         self._schema: pa.Schema | None = None
         self._stream: BinaryIO | None = None
+        self._full = False  # could rows not be written?
         self._held = ExitStack()
 
     def write(self, rows: pa.RecordBatch) -> None:
@@ -76,7 +75,9 @@ class Journal:
             csv.write_csv(rows, text, csv.WriteOptions(include_header=False))
             self._append(text.getvalue().to_pybytes())
         except OSError as error:
+            self._full = True
             kept = "; what is in it is whole" if self._stream and self._stream.tell() else ""
+            kept += f", as {PACKED}" if kept and self._form in REWRITTEN else ""
             raise InputError(f"{self.path}: cannot be written: {error.strerror}{kept}") from error
 
     def finish(self, metadata: Mapping[str, str]) -> None:
@@ -89,7 +90,7 @@ class Journal:
             self._stream.close()
             if empty:  # there was no room for a row
                 self.path.unlink()
-            elif self._form in REWRITTEN:
+            elif self._form in REWRITTEN and not self._full:
                 try:
                     self._rewrite(metadata)
                 except InputError as error:
