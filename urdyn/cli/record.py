@@ -80,8 +80,8 @@ def _telling(progress: Progress, duration: float | None) -> Any:
     def tell(summary: Summary) -> None:
         share = summary.seconds / duration if duration else 0.0
         down = f", nothing for {summary.silent:.0f} s" if summary.silent else ""
-        told = f"{summary.rate:.0f} Hz, {summary.lost} lost{down}"
-        progress(f"{told}, age {1e3 * summary.age_p99:.1f} ms", share)
+        aged = f", age {1e3 * summary.age_p99:.1f} ms" if summary.age_p99 is not None else ""
+        progress(f"{summary.rate:.0f} Hz, {summary.lost} lost{down}{aged}", share)
 
     return tell
 
@@ -100,11 +100,16 @@ def _sentence(summary: Summary) -> str:
             f"nothing for {summary.silent:.1f} s while the connection was down, and what was sent "
             "meanwhile is lost"
         )
+    age, unknown = _ms(summary.age_p99), "how late they came no stamp tells"
     return (
         f"{summary.path}: {summary.samples} samples in {summary.seconds:.1f} s, "
         f"{summary.rate:.1f} Hz; {', '.join(troubles)}; "
-        f"99 % came within {1e3 * summary.age_p99:.2f} ms"
+        f"{unknown if age is None else f'99 % came within {age:.2f} ms'}"
     )
+
+
+def _ms(age: float | None) -> float | None:
+    return None if age is None else 1e3 * age
 
 
 def _document(summary: Summary) -> dict[str, Any]:
@@ -119,7 +124,7 @@ def _document(summary: Summary) -> dict[str, Any]:
         "torn": summary.torn,
         "reconnects": summary.reconnects,
         "silent_s": summary.silent,
-        "age_ms": {"p50": 1e3 * summary.age_p50, "p99": 1e3 * summary.age_p99},
+        "age_ms": {"p50": _ms(summary.age_p50), "p99": _ms(summary.age_p99)},
         "bytes": summary.bytes,
         "left_out": list(summary.left_out),
         "aside": summary.aside or None,

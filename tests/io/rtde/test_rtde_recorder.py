@@ -121,6 +121,30 @@ def test_a_clock_that_is_set_is_no_loss_and_a_pause_is_one() -> None:
     assert tally.lost == 4
 
 
+@pytest.mark.parametrize("by", [3600.0, -3600.0])
+def test_a_clock_that_is_set_makes_no_package_old(by: float) -> None:
+    tally, came = Tally(), 5.0 + np.arange(2000) * 0.002
+    late = np.random.default_rng(4).uniform(0.0, 1e-3, len(came))
+    for batch in np.split(np.arange(len(came)), 20):
+        tally.take(came[batch] + by * (batch >= 1050), came[batch] + late[batch], 0.002)
+    assert tally.summary("", 0.0).age_p99 == pytest.approx(1e-3, rel=0.05)
+
+
+def test_packages_that_a_network_held_back_are_as_old_as_they_are() -> None:
+    tally, came = Tally(), 5.0 + np.arange(2000) * 0.002
+    held = np.where((came > 6.1) & (came < 7.6), 7.6, came)
+    for batch in np.split(np.arange(len(came)), np.searchsorted(held, np.arange(5.5, 9.0, 0.5))):
+        if len(batch):
+            tally.take(came[batch], held[batch], 0.002)
+    assert tally.summary("", 0.0).age_p99 == pytest.approx(1.5, rel=0.05)
+
+
+def test_stamps_that_are_none_tell_no_age() -> None:
+    tally = Tally()
+    tally.take(np.full(6, np.nan), 1.0 + np.arange(6) * 0.002, 0.002)
+    assert tally.summary("", 0.0).age_p99 is None
+
+
 def test_how_long_nothing_came_is_counted_by_arrival() -> None:
     """Stamps tell nothing of it: a controller that was restarted counts from 0."""
     tally, came = Tally(), np.arange(6) * 0.002

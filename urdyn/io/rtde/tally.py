@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from urdyn.io.clock import credible, elapsed
+from urdyn.io.clock import SET, credible, elapsed
 from urdyn.types import Array
 
 SKIP = 1.5  # periods from stamp to stamp, beyond which a cycle in between is missing
@@ -29,8 +29,8 @@ class Summary:
     silent: float = 0.0  # [s] without a package while connections were down: what was sent is lost
     frequency: float = 0.0  # [Hz] that was agreed on
     seconds: float = 0.0  # from the first package to the last
-    age_p50: float = 0.0  # [s] a package's delay beyond the quickest's around it
-    age_p99: float = 0.0  # [s]
+    age_p50: float | None = None  # [s] a package's delay beyond the quickest's around it
+    age_p99: float | None = None  # [s]; None: no stamp told it
     bytes: int = 0  # of data received
     left_out: tuple[str, ...] = ()  # names that the controller does not know
     aside: str = ""  # where the file's former content is now
@@ -72,7 +72,10 @@ class Tally:
         found = np.flatnonzero(missing)[: NAMED - len(self.gaps)]
         self.gaps += [(self.samples + int(row), int(missing[row])) for row in found]
         told = credible(stamps)
-        if told.any():
+        # What a network held back comes soon after, and its sum is right; a clock stays set.
+        if abs(np.nansum(stamped - waited)) > SET:
+            self._quickest.clear()
+        elif told.any():
             self._age((received - stamps)[told])
         self._silent, self._down = self.silent(float(received[0])), False
         self.first = self.first if self.samples else float(received[0])
@@ -91,8 +94,10 @@ class Tally:
         places = np.searchsorted(AGES, delay - min(self._quickest))
         self._ages += np.bincount(places, minlength=len(self._ages))
 
-    def age(self, share: float) -> float:
-        """Age [s] that this share of packages does not exceed."""
+    def age(self, share: float) -> float | None:
+        """Age [s] that this share of packages does not exceed; None: no stamp told any."""
+        if not self._ages.any():
+            return None
         place = np.searchsorted(np.cumsum(self._ages), share * self._ages.sum())
         return float(AGES[min(place, len(AGES) - 1)])
 
@@ -107,7 +112,7 @@ class Tally:
             reconnects=max(self.connections - 1, 0),
             silent=self.silent(now),
             seconds=self.last - self.first,
-            age_p50=self.age(0.5) if self.samples else 0.0,
-            age_p99=self.age(0.99) if self.samples else 0.0,
+            age_p50=self.age(0.5),
+            age_p99=self.age(0.99),
             bytes=self.bytes,
         )
