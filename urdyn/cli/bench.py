@@ -31,20 +31,6 @@ class Case:
     most_rss: float  # [GB]
 
 
-@dataclass(frozen=True)
-class Figure:
-    """Time and memory that it took."""
-
-    case: Case
-    wall: float  # [s], from starting the process to its end
-    rss: float  # [GB], peak
-
-    @property
-    def passed(self) -> bool:
-        """Within both targets."""
-        return self.wall <= self.case.most_wall and self.rss <= self.case.most_rss
-
-
 CASES = (
     Case("2875 rows at 100 Hz", 28.75, 100.0, 10.0, 2.0),
     Case("an hour at 500 Hz", 3600.0, 500.0, 60.0, 2.0),
@@ -64,44 +50,40 @@ def bench_identify(quick: Quick = False, json: Json = False, quiet: Quiet = Fals
             progress(case.name, k / len(cases))
             figures.append(_measure(case))
     voice.show(_table(figures))
-    voice.result({"urdyn": __version__, "cases": [_numbers(figure) for figure in figures]})
+    voice.result({"urdyn": __version__, "cases": figures})
 
 
-def _measure(case: Case) -> Figure:
+def _measure(case: Case) -> dict[str, Any]:
     """Simulate in one process, whose memory must not count, and identify in another."""
     with tempfile.TemporaryDirectory(prefix="urdyn-bench-") as folder:
         log, out = f"{folder}/log.parquet", f"{folder}/twin"
         how = ("--duration", str(case.duration), "--rate", str(case.rate), "--seed", "1")
         fresh("simulate", "--robot", "ur10e", *how, "--out", log)
         took = fresh("identify", log, "--robot", "ur10e", "--out", out)
-    return Figure(case, took.wall, took.rss / GIGABYTE)
-
-
-def _table(figures: list[Figure]) -> Table:
-    heads = ("identify", "wall [s]", "target", "peak memory [GB]", "target", "verdict")
-    rows = [
-        (
-            figure.case.name,
-            f"{figure.wall:.1f}",
-            f"{figure.case.most_wall:g}",
-            f"{figure.rss:.2f}",
-            f"{figure.case.most_rss:g}",
-            "pass" if figure.passed else "fail",
-        )
-        for figure in figures
-    ]
-    return terminal_table("", heads, rows)
-
-
-def _numbers(figure: Figure) -> dict[str, Any]:
-    case = figure.case
+    rss = took.rss / GIGABYTE
     return {
         "name": case.name,
         "duration_s": case.duration,
         "rate_hz": case.rate,
-        "wall_s": figure.wall,
+        "wall_s": took.wall,
         "wall_target_s": case.most_wall,
-        "peak_rss_gb": figure.rss,
+        "peak_rss_gb": rss,
         "peak_rss_target_gb": case.most_rss,
-        "pass": figure.passed,
+        "pass": took.wall <= case.most_wall and rss <= case.most_rss,
     }
+
+
+def _table(figures: list[dict[str, Any]]) -> Table:
+    heads = ("identify", "wall [s]", "target", "peak memory [GB]", "target", "verdict")
+    rows = (
+        (
+            took["name"],
+            f"{took['wall_s']:.1f}",
+            f"{took['wall_target_s']:g}",
+            f"{took['peak_rss_gb']:.2f}",
+            f"{took['peak_rss_target_gb']:g}",
+            "pass" if took["pass"] else "fail",
+        )
+        for took in figures
+    )
+    return terminal_table("", heads, rows)

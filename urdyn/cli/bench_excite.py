@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -75,8 +75,18 @@ def bench_excite(
         mine = ruler.rate(*found.path.at(t), float(len(found.trajectory)))
         ours = Rated("ours", 1, mine.log_det, mine.condition)
         others = [_random(found, ruler, random, progress), *_recorded(ruler, duration)]
-    voice.show(_table(ours, others, wall))
-    voice.result(_numbers(ours, others, wall))
+    cases = [_beside(ours, other) for other in others]
+    voice.show(_table(ours, cases, wall))
+    voice.result(
+        {
+            "urdyn": ud.__version__,
+            "wall_s": wall,
+            "wall_target_s": AT_MOST,
+            "log_det": ours.log_det,
+            "condition": ours.condition,
+            "cases": cases,
+        }
+    )
 
 
 def _random(found: Excitation, ruler: Scale, count: int, progress: Progress) -> Rated:
@@ -119,7 +129,12 @@ def _cuts(motion: Motion, duration: float) -> Iterator[tuple[Any, Any, Any]]:
         yield motion.q[rows], motion.v[rows], motion.a[rows]
 
 
-def _table(ours: Rated, others: list[Rated], wall: float) -> Table:
+def _beside(ours: Rated, other: Rated) -> dict[str, Any]:
+    beaten = ours.log_det >= other.log_det and ours.condition <= other.condition
+    return asdict(other) | {"pass": beaten}
+
+
+def _table(ours: Rated, cases: list[dict[str, Any]], wall: float) -> Table:
     heads = (
         "motion",
         "count",
@@ -133,38 +148,14 @@ def _table(ours: Rated, others: list[Rated], wall: float) -> Table:
     first = (ours.name, "1", f"{ours.log_det:.1f}", "", f"{ours.condition:.0f}", "", verdict)
     rows = (
         (
-            other.name,
-            str(other.count),
-            f"{other.log_det:.1f}",
-            f"{ours.log_det - other.log_det:.1f}",
-            f"{other.condition:.0f}",
-            f"{100.0 * (1.0 - ours.condition / other.condition):.0f} %",
-            "pass" if _beats(ours, other) else "fail",
+            other["name"],
+            str(other["count"]),
+            f"{other['log_det']:.1f}",
+            f"{ours.log_det - other['log_det']:.1f}",
+            f"{other['condition']:.0f}",
+            f"{100.0 * (1.0 - ours.condition / other['condition']):.0f} %",
+            "pass" if other["pass"] else "fail",
         )
-        for other in others
+        for other in cases
     )
     return terminal_table("", heads, [first, *rows])
-
-
-def _beats(ours: Rated, other: Rated) -> bool:
-    return ours.log_det >= other.log_det and ours.condition <= other.condition
-
-
-def _numbers(ours: Rated, others: list[Rated], wall: float) -> dict[str, Any]:
-    return {
-        "urdyn": ud.__version__,
-        "wall_s": wall,
-        "wall_target_s": AT_MOST,
-        "log_det": ours.log_det,
-        "condition": ours.condition,
-        "cases": [
-            {
-                "name": other.name,
-                "count": other.count,
-                "log_det": other.log_det,
-                "condition": other.condition,
-                "pass": _beats(ours, other),
-            }
-            for other in others
-        ],
-    }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -20,17 +19,6 @@ if TYPE_CHECKING:
     from urdyn.simulate import Fidelity
 
 
-@dataclass(frozen=True)
-class Pace:
-    """Simulated time over wall time."""
-
-    name: str
-    rate: float  # [Hz] of rows
-    duration: float  # [s] simulated
-    ratio: float  # times real time
-    least: float  # wanted
-
-
 def bench_simulate(json: Json = False, quiet: Quiet = False) -> None:
     """Measure the virtual arm: closed loop, elastic closed loop, and currents from a plan.
 
@@ -42,10 +30,10 @@ def bench_simulate(json: Json = False, quiet: Quiet = False) -> None:
     with voice.progress("simulating"), threadpool_limits(1):
         paces = list(_paces())
     voice.show(_table(paces))
-    voice.result({"urdyn": ud.__version__, "cases": [_numbers(pace) for pace in paces]})
+    voice.result({"urdyn": ud.__version__, "cases": paces})
 
 
-def _paces() -> Iterator[Pace]:
+def _paces() -> Iterator[dict[str, Any]]:
     from urdyn.simulate import forward, inverse, typical_gears
 
     arm = ud.load_arm("ur10e")
@@ -56,8 +44,10 @@ def _paces() -> Iterator[Pace]:
     yield _lived("inverse, currents", inverse, 20.0, 3600.0, 1000.0)
 
 
-def _lived(name: str, fidelity: Fidelity, rate: float, duration: float, least: float) -> Pace:
-    """Time of one fidelity alone: the motion is planned beforehand."""
+def _lived(
+    name: str, fidelity: Fidelity, rate: float, duration: float, least: float
+) -> dict[str, Any]:
+    """Simulated time over wall time of one fidelity alone: the motion is planned beforehand."""
     from urdyn.simulate import fourier, virtual_arm
 
     arm = ud.load_arm("ur10e")
@@ -68,7 +58,15 @@ def _lived(name: str, fidelity: Fidelity, rate: float, duration: float, least: f
         for _ in fidelity(dynamics, asked, asked.t, ()):
             pass
 
-    return Pace(name, rate, duration, duration / min(_wall(live) for _ in range(3)), least)
+    ratio = duration / min(_wall(live) for _ in range(3))
+    return {
+        "name": name,
+        "rate_hz": rate,
+        "duration_s": duration,
+        "times_real_time": ratio,
+        "target": least,
+        "pass": ratio >= least,
+    }
 
 
 def _wall(call: Callable[[], None]) -> float:
@@ -77,22 +75,17 @@ def _wall(call: Callable[[], None]) -> float:
     return time.perf_counter() - begin
 
 
-def _table(paces: list[Pace]) -> Table:
+def _table(paces: list[dict[str, Any]]) -> Table:
     heads = ("simulate", "rows [Hz]", "simulated [s]", "times real time", "target", "verdict")
-    rows = []
-    for pace in paces:
-        verdict = "pass" if pace.ratio >= pace.least else "fail"
-        cells = (f"{pace.rate:g}", f"{pace.duration:g}", f"{pace.ratio:,.0f}", f"{pace.least:g}")
-        rows.append((pace.name, *cells, verdict))
+    rows = (
+        (
+            pace["name"],
+            f"{pace['rate_hz']:g}",
+            f"{pace['duration_s']:g}",
+            f"{pace['times_real_time']:,.0f}",
+            f"{pace['target']:g}",
+            "pass" if pace["pass"] else "fail",
+        )
+        for pace in paces
+    )
     return terminal_table("", heads, rows)
-
-
-def _numbers(pace: Pace) -> dict[str, Any]:
-    return {
-        "name": pace.name,
-        "rate_hz": pace.rate,
-        "duration_s": pace.duration,
-        "times_real_time": pace.ratio,
-        "target": pace.least,
-        "pass": pace.ratio >= pace.least,
-    }
