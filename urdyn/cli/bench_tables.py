@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.table import Table
 
-from urdyn.report.digits import MISSING, number
+from urdyn.report.digits import MISSING, hundredths, number
 from urdyn.report.terminal import terminal_table
 
 Document = dict[str, Any]
@@ -98,7 +98,7 @@ def _table_1(rows: Sequence[Document]) -> Table:
             cells += _scenario(ours)
         arm = row["arm"]
         cells += [number(arm["rmse"]), number(arm["bound"])]
-        cells += [_hundredths(arm["ratio"]), _hundredths(arm["ratio_sd"]), _or(arm["converged"])]
+        cells += [hundredths(arm["ratio"]), hundredths(arm["ratio_sd"]), _or(arm["converged"])]
         table.add_row(*cells)
     return table
 
@@ -164,14 +164,10 @@ def _truth(arms: Document) -> Table:
             "coverage", "coverage_low", "coverage_high", "ratio", "ratio_sd", "nees", "nees_sd",
         )  # fmt: skip
         verdict = {None: MISSING, True: "pass", False: "fail"}[row["pass"]]
-        table.add_row(row["symbol"], *(_hundredths(row[key]) for key in keys), verdict)
-    nis = (_hundredths(arms["nis"]), _hundredths(arms["sd"]))
+        table.add_row(row["symbol"], *(hundredths(row[key]) for key in keys), verdict)
+    nis = (hundredths(arms["nis"]), hundredths(arms["sd"]))
     table.add_row("NIS", *[MISSING] * 5, *nis, MISSING)
     return table
-
-
-def _hundredths(value: float | None) -> str:
-    return MISSING if value is None else f"{value:.2f}"
 
 
 def _or(value: float | None) -> str:

@@ -16,6 +16,11 @@ def number(value: float, digits: int = 2) -> str:
     return fixed(value, _decimals(value, digits))
 
 
+def hundredths(value: float | None) -> str:
+    """`value` to two decimals; None was not measured."""
+    return MISSING if value is None else f"{value:.2f}"
+
+
 def counted(count: int, what: str) -> str:
     """A count with its noun, whose plural ends in s."""
     return f"{count} {what}{'' if count == 1 else 's'}"

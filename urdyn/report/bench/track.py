@@ -8,7 +8,7 @@ from typing import Any
 import plotly.graph_objects as go
 
 from urdyn.report.canvas import LEFT, MEASURED, OURS, dots, figure, line, rule
-from urdyn.report.digits import MISSING, number
+from urdyn.report.digits import MISSING, hundredths, number
 from urdyn.report.markup import (
     Html,
     cell,
@@ -188,7 +188,7 @@ def _intervals(kinds: Sequence[Document]) -> Html:
     body = [
         [
             cell(f"{arms['arms']} {arms['robot']}", f"{arms['noise']} noise"),
-            *(cell(_told(row["coverage"]), _between(row)) for row in arms["groups"]),
+            *(cell(hundredths(row["coverage"]), _between(row)) for row in arms["groups"]),
         ]
         for arms in kinds
     ]
@@ -202,13 +202,9 @@ def _intervals(kinds: Sequence[Document]) -> Html:
 
 def _between(row: Document) -> str:
     """A coverage's interval, and the normalised error squared beside it."""
-    sure = f"{_told(row['coverage_low'])} to {_told(row['coverage_high'])}, "
+    sure = f"{hundredths(row['coverage_low'])} to {hundredths(row['coverage_high'])}, "
     known = row["coverage_low"] is not None
-    return f"{sure if known else ''}NEES {_told(row['nees'])}"
-
-
-def _told(value: float | None) -> str:
-    return MISSING if value is None else f"{value:.2f}"
+    return f"{sure if known else ''}NEES {hundredths(row['nees'])}"
 
 
 def _grounds(found: Document) -> Html:
