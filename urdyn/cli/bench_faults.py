@@ -14,7 +14,7 @@ from urdyn.cli.kinds import as_counts, broken, kinds_table, summed
 from urdyn.cli.options import Json, Page, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.report.bench.shares import share_of
-from urdyn.report.digits import number, percent
+from urdyn.report.digits import number
 from urdyn.report.terminal import terminal_table
 from urdyn.version import __version__
 
@@ -123,6 +123,7 @@ def _measured(lives: int, runs: int, seed: int, voice: Voice) -> Measured:
 
 def _show(voice: Voice, found: Measured, paper: Paper) -> None:
     from urdyn.report.bench import figure_four, table_three
+    from urdyn.report.bench.faults import forecasts
 
     arm, kinds = found.on_arm(paper.faults), found.kinds
     compared = table_three.table_three(found.rows, arm, paper.faults)
@@ -136,7 +137,11 @@ def _show(voice: Voice, found: Measured, paper: Paper) -> None:
         voice.show(kinds_table(kinds), summed(found.done, kinds))
     voice.show(
         terminal_table(life, figure_four.HEADS, figure_four.beside(found.life, paper.figure4)),
-        _forecasts(found.predicted),
+        terminal_table(
+            "Figure 4 over many lives: time to the critical level",
+            ("sigma", "after onset", "left", "median error", "90 % intervals cover (95 %)"),
+            forecasts(found.predicted),
+        ),
     )
 
 
@@ -224,18 +229,3 @@ def _promises(kept: Sequence[Kept]) -> Table:
     heads = ("noise", "runs with an alarm (95 %)", "promised at most")
     cells = ((one.noise, share_of(one.share, one.runs), f"{one.promised:.1%}") for one in kept)
     return terminal_table("healthy runs of 1000 steps with an alarm", heads, cells)
-
-
-def _forecasts(predicted: Sequence[Predicted]) -> Table:
-    heads = ("sigma", "after onset", "left", "median error", "90 % intervals cover (95 %)")
-    cells = (
-        (
-            f"{one.sigma:g}",
-            str(one.age),
-            f"{one.left:g}",
-            percent(one.error),
-            share_of(one.coverage, one.lives),
-        )
-        for one in predicted
-    )
-    return terminal_table("Figure 4 over many lives: time to the critical level", heads, cells)

@@ -117,9 +117,7 @@ def fault_page(
             "What was reconstructed",
             "The paper states the growth in every step, the onset and when levels are crossed. "
             "The rest:",
-            table(
-                ("what", "taken for it"), ((text(k), text(v)) for k, v in reconstruction.items())
-            ),
+            table(("what", "taken for it"), _cells(reconstruction.items())),
         ),
     )
 
@@ -147,23 +145,18 @@ def _all(rows: Sequence[Row]) -> Html:
     head = ("fault", "growth / sigma", "detector", "found before warning (95 %)", "delay [steps]",
             "over the oracle's", "false alarms in 1000 steps")  # fmt: skip
     body = (
-        tuple(
-            map(
-                text,
-                (
-                    row.fault,
-                    f"{row.ratio:g}",
-                    row.detector,
-                    share_of(row.found, row.lives),
-                    steps_of(row.delay),
-                    f"{row.against_oracle:.2f}" if row.against_oracle > 0.0 else "-",
-                    f"{row.false_per_1000:.2g}",
-                ),
-            )
+        (
+            row.fault,
+            f"{row.ratio:g}",
+            row.detector,
+            share_of(row.found, row.lives),
+            steps_of(row.delay),
+            f"{row.against_oracle:.2f}" if row.against_oracle > 0.0 else "-",
+            f"{row.false_per_1000:.2g}",
         )
         for row in rows
     )
-    return table(head, body)
+    return table(head, _cells(body))
 
 
 def _by_detector(rows: Sequence[Row], value: str, y: str) -> go.Figure:
@@ -208,22 +201,14 @@ def _promise(kept: Sequence[Kept]) -> Html:
     return plot(drawing, "False alarms", f"dashed: the promise, {kept[0].promised:.1%}")
 
 
+def forecasts(predicted: Sequence[Predicted]) -> Iterator[tuple[str, ...]]:
+    """For each level of noise and age: these, steps left, median error, and coverage."""
+    for one in predicted:
+        covered = share_of(one.coverage, one.lives)
+        yield f"{one.sigma:g}", str(one.age), f"{one.left:g}", percent(one.error), covered
+
+
 def _predicted(predicted: Sequence[Predicted]) -> Html:
     head = ("sigma", "steps after the onset", "steps left", "median error",
             "90 % intervals cover (95 %)")  # fmt: skip
-    body = (
-        tuple(
-            map(
-                text,
-                (
-                    f"{p.sigma:g}",
-                    p.age,
-                    f"{p.left:g}",
-                    percent(p.error),
-                    share_of(p.coverage, p.lives),
-                ),
-            )
-        )
-        for p in predicted
-    )
-    return table(head, body) if predicted else paragraph("")
+    return table(head, _cells(forecasts(predicted))) if predicted else paragraph("")
