@@ -144,11 +144,8 @@ def given_sd(values: object, what: str, shape: tuple[int, ...]) -> Array:
     return given_each(values, what, shape, "finite numbers, 0 or more", not_negative)
 
 
-def given_covariance(values: object, what: str, n: int | None = None, beside: float = 0.0) -> Array:
-    """A covariance, (n, n), of any size where n is None; it may be singular, up to rounding.
-
-    It may be the difference of others whose variances are `beside` at most.
-    """
+def given_covariance(values: object, what: str, n: int | None = None) -> Array:
+    """A covariance, (n, n), of any size where n is None; it may be singular, up to rounding."""
     cov = _array(values, what)
     if cov.ndim != 2 or cov.shape != ((len(cov) if n is None else n,) * 2):
         due = "(m, m)" if n is None else f"{(n, n)}"
@@ -156,7 +153,7 @@ def given_covariance(values: object, what: str, n: int | None = None, beside: fl
     if not np.isfinite(cov).all():
         raise InputError(f"{what} holds NaN or infinity; it has to be a finite covariance")
     variance = cov.diagonal()
-    none = ROUNDING * len(cov) * max(np.abs(cov).max(initial=0.0), beside)
+    none = ROUNDING * len(cov) * np.abs(cov).max(initial=0.0)
     if (variance < -none).any():
         least = f"{variance.min():.4g}"
         raise InputError(f"{what} has the variance {least}; a covariance has none below 0")

@@ -9,7 +9,6 @@ import pytest
 
 from urdyn.dbn import (
     AffineObservation,
-    AffineProcess,
     Edge,
     Joined,
     MeanReverting,
@@ -111,13 +110,6 @@ def test_what_reverts_forgets_its_prior() -> None:
     far = Tick(1e9)
     np.testing.assert_allclose(process.transition(PRIOR.mean, far), [0.0, 1.0, 2.0])
     np.testing.assert_allclose(np.sqrt(np.diag(process.transition_cov(far))), DIFFUSION)
-
-
-def test_an_affine_process_has_an_offset() -> None:
-    process: AffineProcess[Tick] = AffineProcess(
-        ("a",), Gaussian(np.zeros(1), np.eye(1)), 0.5 * np.eye(1), np.eye(1), np.ones(1)
-    )
-    np.testing.assert_allclose(process.transition(np.array([[2.0], [4.0]]), Tick()), [[2.0], [3.0]])
 
 
 def test_jumps_are_alternatives_of_one_state_each() -> None:

@@ -10,7 +10,6 @@ import pytest
 
 from urdyn.dbn import (
     AffineObservation,
-    AffineProcess,
     Joined,
     Jumps,
     MeanReverting,
@@ -41,10 +40,6 @@ HISTORY = Smoothed(np.zeros((4, 2)), np.zeros((4, 2, 2)), np.zeros((3, 2, 2)))
 
 def seen(R: Array = EYE, H: Array = EYE, d: Any = 0.0, states: Any = 2) -> AffineObservation[Tick]:
     return AffineObservation(states, lambda u: H, R, d)
-
-
-def moved(F: Array = EYE, Q: Array = EYE, b: Any = 0.0, **given: Any) -> AffineProcess[Tick]:
-    return AffineProcess(**{"names": NAMES, "prior": PRIOR, "F": F, "Q": Q, "b": b, **given})
 
 
 def walk(cov: Array = EYE, diffusion: Any = TWO, mean: Any = TWO, **given: Any) -> RandomWalk:
@@ -90,17 +85,6 @@ def looked_at(H: Array) -> Array:
         (lambda: looked_at(np.eye(3, 2)), r"H has the shape \(3, 2\); .* it is \(2, 2\)"),
         (lambda: looked_at(np.ones((2, 1))), r"H has the shape \(2, 1\)"),
         (lambda: looked_at(TWO), r"H has the shape \(2,\)"),
-        (lambda: moved(F=np.eye(3)), r"F has the shape \(3, 3\); here it has to be \(2, 2\)"),
-        (lambda: moved(F=HOLED), r"F\[0, 1\] is nan"),
-        (lambda: moved(Q=TWO), r"Q has the shape \(2,\); .* covariance, \(2, 2\)"),
-        (lambda: moved(Q=np.eye(1)), r"Q has the shape \(1, 1\)"),
-        (lambda: moved(Q=-0.01 * EYE), "Q has the variance -0.01; a covariance has none below 0"),
-        (lambda: moved(Q=LOPSIDED), r"Q\[0, 1\] is 0.9"),
-        (lambda: moved(Q=1e-6 * TORN), "Q is no covariance: .* eigenvalue -1"),
-        (lambda: moved(b=np.ones(3)), r"b has the shape \(3,\)"),
-        (lambda: moved(b=np.nan), "b is nan: takes finite numbers"),
-        (lambda: moved(names=("a",)), r"the prior's mean has the shape \(2,\)"),
-        (lambda: moved(names=("a", "a")), "two states of one name: a"),
         (lambda: walk(names=("b", "b")), "two states of one name: b"),
         (lambda: walk(prior=1.0), "the prior 1.0: takes a Gaussian"),
         (lambda: walk(-EYE), "the prior's covariance has the variance -1; .* below 0"),
@@ -160,14 +144,10 @@ def test_covariances_that_are_singular_or_short_by_rounding_are_taken() -> None:
     for cov in (together, none, rounded, np.diag([1.0, -1e-16]), np.diag([1e-30, 1e12])):
         assert (cov == seen(cov).R).all()
         assert (walk(cov, np.zeros(2)).prior.cov == cov).all()
-        assert (cov == moved(Q=cov).Q).all()
-    # As a smoother's residuals may have it, of states that hardly move.
-    assert (moved(Q=np.diag([-1e-16, 1e-20])).Q < 1e-19).all()
 
 
 def test_what_is_one_for_all_and_what_is_listed_is_taken() -> None:
     np.testing.assert_array_equal(seen(d=ONE).observe(TWO, Tick()), [2.0, 2.0])
-    np.testing.assert_array_equal(moved(b=ONE).transition(TWO, Tick()), [2.0, 2.0])
     assert ramp([1]).names == ("a", "b", "b.rate")
     assert ramp([]).names == NAMES
     learnt = learn_network(PAIR, {"a": 1, "b": 1}, HISTORY, [1.0, 0.0, 1.0])  # type: ignore[arg-type]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.dbn import AffineObservation, AffineProcess, Joined, Tick
+from urdyn.dbn import AffineObservation, Joined, Tick
 from urdyn.estimate import (
     EKF,
     UKF,
@@ -17,7 +17,7 @@ from urdyn.estimate import (
     ParticleFilter,
     Variational,
 )
-from urdyn.types import Array, Gaussian
+from urdyn.types import Array, Gaussian, Mask
 
 Model = Joined[Any]
 
@@ -39,6 +39,30 @@ EXACT = [
 
 
 @dataclass(frozen=True, eq=False)
+class AffineProcess:
+    """x' = F x + b + w, the same in every slice whatever its inputs."""
+
+    names: tuple[str, ...]  # n
+    prior: Gaussian  # (n,), (n, n)
+    F: Array  # (n, n)
+    Q: Array  # (n, n)
+    b: Array  # (n,)
+
+    @property
+    def linear(self) -> Mask:
+        return np.ones(len(self.names), dtype=bool)
+
+    def transition(self, x: Array, u: Any) -> Array:
+        return x @ self.F.T + self.b
+
+    def transition_jacobian(self, x: Array, u: Any) -> Array:
+        return self.F
+
+    def transition_cov(self, u: Any) -> Array:
+        return self.Q
+
+
+@dataclass(frozen=True, eq=False)
 class Regressors:
     """Inputs of a slice for a model that is linear in its parameters."""
 
@@ -53,9 +77,7 @@ def random_model(rng: np.random.Generator, n: int, m: int) -> Model:
     H, d = rng.standard_normal((m, n)), rng.standard_normal(m)
     prior = Gaussian(rng.standard_normal(n), random_cov(rng, n))
     names = tuple(f"x{i}" for i in range(n))
-    process: AffineProcess[Any] = AffineProcess(
-        names, prior, F, 0.1 * random_cov(rng, n), rng.standard_normal(n)
-    )
+    process = AffineProcess(names, prior, F, 0.1 * random_cov(rng, n), rng.standard_normal(n))
     return Joined(process, AffineObservation(n, lambda u: H, random_cov(rng, m), d))
 
 

@@ -1,6 +1,6 @@
 """The dynamic Bayesian network, and the models that it compiles to."""
 
-from urdyn.dbn.affine import AffineObservation, AffineProcess
+from urdyn.dbn.affine import AffineObservation
 from urdyn.dbn.compile import CompiledNetwork, compile_linear, places
 from urdyn.dbn.drawing import svg
 from urdyn.dbn.figure2 import figure2
@@ -16,7 +16,6 @@ from urdyn.dbn.two_slice import Observation, Process, Slice, Tick, TwoSlice
 
 __all__ = [
     "AffineObservation",
-    "AffineProcess",
     "CompiledNetwork",
     "Edge",
     "Joined",

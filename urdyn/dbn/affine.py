@@ -1,4 +1,4 @@
-"""Models that are affine in their state: on these every filter equals the Kalman filter."""
+"""Observations that are affine in the state: with such every filter equals the Kalman filter."""
 
 from __future__ import annotations
 
@@ -11,15 +11,8 @@ import numpy as np
 
 from urdyn.dbn.two_slice import U_contra
 from urdyn.errors import InputError
-from urdyn.given import given_belief, given_count, given_covariance, given_each, given_names
-from urdyn.types import Array, Gaussian, Mask
-
-
-def _one_or(values: Array | float, what: str, n: int) -> None:
-    """InputError unless these are n values, or one for all."""
-    shape = np.shape(values)
-    if shape not in ((), (1,), (n,)):
-        raise InputError(f"{what} has the shape {shape}; it has to be {(n,)}, or one for all")
+from urdyn.given import given_count, given_covariance, given_each
+from urdyn.types import Array, Mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +27,10 @@ class AffineObservation(Generic[U_contra]):
     def __post_init__(self) -> None:
         object.__setattr__(self, "states", given_count(self.states, "states", 0))
         object.__setattr__(self, "R", given_covariance(self.R, "R"))
-        _one_or(self.d, "d", len(self.R))
-        given_each(self.d, "d", np.shape(self.d))
+        m, shape = len(self.R), np.shape(self.d)
+        if shape not in ((), (1,), (m,)):
+            raise InputError(f"d has the shape {shape}; it has to be {(m,)}, or one for all")
+        given_each(self.d, "d", shape)
 
     @cached_property
     def linear(self) -> Mask:
@@ -59,41 +54,3 @@ class AffineObservation(Generic[U_contra]):
         if H.shape != shape:
             raise InputError(f"H has the shape {H.shape}; of R's sensors by states it is {shape}")
         return H
-
-
-@dataclass(frozen=True, eq=False)
-class AffineProcess(Generic[U_contra]):
-    """x' = F x + b + w, the same in every slice whatever its inputs."""
-
-    names: tuple[str, ...]  # n
-    prior: Gaussian  # (n,), (n, n)
-    F: Array  # (n, n)
-    Q: Array  # (n, n) process noise
-    b: Array | float = 0.0  # (n,)
-
-    def __post_init__(self) -> None:
-        n = len(self.names)
-        given_names(self.names)
-        object.__setattr__(self, "prior", given_belief(self.prior, "the prior", n))
-        object.__setattr__(self, "F", given_each(self.F, "F", (n, n)))
-        known = float(self.prior.cov.diagonal().max(initial=0.0))
-        object.__setattr__(self, "Q", given_covariance(self.Q, "Q", n, beside=known))
-        _one_or(self.b, "b", n)
-        given_each(self.b, "b", np.shape(self.b))
-
-    @cached_property
-    def linear(self) -> Mask:
-        """All states, (n,)."""
-        return np.ones(len(self.names), dtype=bool)
-
-    def transition(self, x: Array, u: U_contra) -> Array:
-        """F x + b, (..., n) -> (..., n)."""
-        return x @ self.F.T + self.b
-
-    def transition_jacobian(self, x: Array, u: U_contra) -> Array:
-        """F, (n, n)."""
-        return self.F
-
-    def transition_cov(self, u: U_contra) -> Array:
-        """Q, (n, n)."""
-        return self.Q
