@@ -19,7 +19,6 @@ from urdyn.faults import (
     cells,
     detect,
     oracle_cusum,
-    promised_steps,
     run,
     stated_baseline,
     tuned_algorithm2,
@@ -227,7 +226,3 @@ def test_a_spread_that_doubles_is_found_though_a_wrong_one_is_followed() -> None
 def test_what_cannot_be_done_is_said_in_a_sentence(asked: Any, said: str) -> None:
     with pytest.raises(UrdynError, match=said):
         asked()
-
-
-def test_a_promise_may_be_stated_in_hours() -> None:
-    assert promised_steps(8.0, 0.1) == pytest.approx(2880.0)  # windows of ten seconds

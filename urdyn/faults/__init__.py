@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from urdyn.faults.cusum import Cusum
     from urdyn.faults.decision import Costs, Decision, decide, outlook
     from urdyn.faults.detector import Detection, Detector, Verdict, run
-    from urdyn.faults.gathering import promised_steps
     from urdyn.faults.glr import GLR
     from urdyn.faults.onset import Kinks, follow, kinks
     from urdyn.faults.oracle import calibrated, oracle_cusum
@@ -62,7 +61,6 @@ __all__ = [
     "learn_baseline",
     "oracle_cusum",
     "outlook",
-    "promised_steps",
     "run",
     "stated_baseline",
     "tuned_algorithm2",
@@ -87,7 +85,6 @@ __getattr__ = lookup(
         "urdyn.faults.cusum": ("Cusum",),
         "urdyn.faults.decision": ("Costs", "Decision", "decide", "outlook"),
         "urdyn.faults.detector": ("Detection", "Detector", "Verdict", "run"),
-        "urdyn.faults.gathering": ("promised_steps",),
         "urdyn.faults.sequential": ("ShiryaevRoberts",),
         "urdyn.faults.whiten": ("Baseline", "learn_baseline", "stated_baseline"),
         "urdyn.faults.whitened": ("Whitened",),

@@ -17,14 +17,7 @@ from urdyn.faults.alternatives import Cells, cells
 from urdyn.faults.detector import Verdict
 from urdyn.faults.mixture import Mixture
 from urdyn.faults.robust import swings
-from urdyn.given import (
-    given,
-    given_a,
-    given_promise,
-    given_step,
-    given_tolerance,
-    positive,
-)
+from urdyn.given import given_a, given_promise, given_step, given_tolerance
 from urdyn.types import Array, frozen
 
 MOST = 1e150  # evidence counts no further: an alarm that goes on unacknowledged stays finite
@@ -98,10 +91,3 @@ class Gathering(ABC):
     def acknowledged(self, state: Onsets) -> Onsets:
         """Nothing seen yet."""
         return replace(state, R=np.zeros_like(state.R))
-
-
-def promised_steps(hours: float, rate: float) -> float:
-    """Promise in steps of "one false alarm in so many hours" at `rate` steps a second [Hz]."""
-    takes = "a number above 0"
-    each = [given(x, what, takes, positive) for x, what in ((hours, "hours"), (rate, "rate"))]
-    return given_promise(each[0] * 3600.0 * each[1])
