@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import urdyn as ud
-from urdyn.dbn import AffineObservation, Joined, MeanReverting, RandomWalk, Tick
+from urdyn.dbn import AffineObservation, Joined, RandomWalk, Tick
 from urdyn.errors import InputError
 from urdyn.estimate import Kalman, Track, track
 from urdyn.io.poses import Poses
@@ -50,7 +50,6 @@ PRIOR = Gaussian(TWO, np.eye(2))
         (lambda: Gaussian(TWO, np.eye(3)), r"cov .* \(3, 3\); .* \(2, 2\)"),
         (lambda: RandomWalk(("a", "b"), PRIOR, ONE), r"diffusion .* \(1,\); .* \(2,\)"),
         (lambda: RandomWalk(("a",), PRIOR, ONE), r"the prior's mean .* \(2,\); .* \(1,\)"),
-        (lambda: MeanReverting(("a", "b"), PRIOR, TWO, ONE, TWO), r"time_constant .* \(2,\)"),
         (lambda: Track(("a", "b"), ONE, np.ones((1, 2)), ONE, ()), r"sd .* \(1,\); .* \(1, 2\)"),
         (lambda: Payload(1.0, TWO), r"com .* \(2,\); .* \(3,\)"),
         (lambda: Poses(TWO, ROWS[:2, :3]), r"q has the shape \(2,\); .* poses x joints"),

@@ -11,7 +11,6 @@ from urdyn.dbn import (
     AffineObservation,
     Edge,
     Joined,
-    MeanReverting,
     Network,
     Node,
     RandomWalk,
@@ -29,9 +28,6 @@ DIFFUSION = np.array([0.1, 0.2, 0.3])
 
 PROCESSES = {
     "random walk": RandomWalk(NAMES, PRIOR, DIFFUSION),
-    "mean reverting": MeanReverting(
-        NAMES, PRIOR, np.array([0.0, 1.0, 2.0]), np.array([0.5, 3.0, 1e4]), DIFFUSION
-    ),
     "trend": Trend(NAMES, PRIOR, DIFFUSION, SOME, RATES, PUSHES),
     "fading trend": Trend(NAMES, PRIOR, DIFFUSION, SOME, RATES, PUSHES, time_constant=2.0),
     "network": compile_linear(
@@ -103,13 +99,6 @@ def test_a_trend_moves_what_drifts_and_nothing_else() -> None:
     assert trend.names == ("a", "b", "c", "a.rate", "c.rate")
     moved = trend.transition(np.array([1.0, 2.0, 3.0, 10.0, 20.0]), Tick(0.1))
     np.testing.assert_allclose(moved, [2.0, 2.0, 5.0, 10.0, 20.0])
-
-
-def test_what_reverts_forgets_its_prior() -> None:
-    process = PROCESSES["mean reverting"]
-    far = Tick(1e9)
-    np.testing.assert_allclose(process.transition(PRIOR.mean, far), [0.0, 1.0, 2.0])
-    np.testing.assert_allclose(np.sqrt(np.diag(process.transition_cov(far))), DIFFUSION)
 
 
 def test_jumps_are_alternatives_of_one_state_each() -> None:

@@ -9,7 +9,7 @@ from urdyn.dbn.joined import Joined
 from urdyn.dbn.jumps import Jumps, jumps
 from urdyn.dbn.learn import learn_diffusion, learn_measurement_noise, learn_network
 from urdyn.dbn.mixed_graph import MixedGraph
-from urdyn.dbn.process import MeanReverting, RandomWalk
+from urdyn.dbn.process import RandomWalk
 from urdyn.dbn.smoothed import Smoothed, observation_residuals, process_residuals
 from urdyn.dbn.trend import Trend
 from urdyn.dbn.two_slice import Observation, Process, Slice, Tick, TwoSlice
@@ -20,7 +20,6 @@ __all__ = [
     "Edge",
     "Joined",
     "Jumps",
-    "MeanReverting",
     "MixedGraph",
     "Network",
     "Node",
