@@ -6,67 +6,50 @@ import struct
 from collections.abc import Iterable
 
 from urdyn.errors import RtdeError
-from urdyn.io.rtde.events import (
-    Answer,
-    ControllerAnswer,
-    Data,
-    GetController,
-    InputsAnswer,
-    OutputsAnswer,
-    Pause,
-    PauseAnswer,
-    Request,
-    RequestVersion,
-    SetupInputs,
-    SetupOutputs,
-    Start,
-    StartAnswer,
-    Text,
-    VersionAnswer,
-)
+from urdyn.io.rtde import events
 from urdyn.io.rtde.frames import package
 
 
-def write_request(event: Request, version: int) -> bytes:
+def write_request(event: events.Request, version: int) -> bytes:
     """A client's event in protocol `version`."""
     match event:
-        case RequestVersion(wanted):
+        case events.RequestVersion(wanted):
             return package(b"V", struct.pack(">H", wanted))
-        case GetController():
+        case events.GetController():
             return package(b"v")
-        case SetupOutputs(names, frequency):
+        case events.SetupOutputs(names, frequency):
             rate = b"" if version == 1 else struct.pack(">d", frequency)
             return package(b"O", rate + _words(names))
-        case SetupInputs(names):
+        case events.SetupInputs(names):
             return package(b"I", _words(names))
-        case Start():
+        case events.Start():
             return package(b"S")
-        case Pause():
+        case events.Pause():
             return package(b"P")
-        case Text():
+        case events.Text():
             return package(b"M", _text(event))
-        case Data(recipe, values):
+        case events.Data(recipe, values):
             return package(b"U", bytes([recipe]) + values)
 
 
-def write_answer(event: Answer, version: int) -> bytes:
+def write_answer(event: events.Answer, version: int) -> bytes:
     """A controller's event in protocol `version`."""
     match event:
-        case VersionAnswer(accepted):
+        case events.VersionAnswer(accepted):
             return package(b"V", bytes([accepted]))
-        case ControllerAnswer(release):
+        case events.ControllerAnswer(release):
             return package(b"v", struct.pack(">4I", *release))
-        case OutputsAnswer(types, recipe):
+        case events.OutputsAnswer(types, recipe):
             return package(b"O", (b"" if version == 1 else bytes([recipe])) + _words(types))
-        case InputsAnswer(types, recipe):
+        case events.InputsAnswer(types, recipe):
             return package(b"I", bytes([recipe]) + _words(types))
-        case StartAnswer(accepted):
+        case events.StartAnswer(accepted):
             return package(b"S", bytes([accepted]))
-        case PauseAnswer(accepted):
+        case events.PauseAnswer(accepted):
             return package(b"P", bytes([accepted]))
-        case Text():
+        case events.Text():
             return package(b"M", _plain(event) if version == 1 else _text(event))
-        case Data(recipe, values):
+        case events.Data(recipe, values):
             return package(b"U", values if version == 1 else bytes([recipe]) + values)
 
 
@@ -77,12 +60,12 @@ def _words(words: Iterable[str]) -> bytes:
         raise RtdeError(f"RTDE names are ASCII: {error}") from error
 
 
-def _text(event: Text) -> bytes:
+def _text(event: events.Text) -> bytes:
     """Message, source and level; what 255 bytes do not hold is cut."""
     parts = (text.encode()[:255] for text in (event.message, event.source))
     return b"".join(bytes([len(part)]) + part for part in parts) + bytes([event.level])
 
 
-def _plain(event: Text) -> bytes:
+def _plain(event: events.Text) -> bytes:
     """Level and message, as a controller writes it in protocol 1."""
     return bytes([event.level]) + event.message.encode()

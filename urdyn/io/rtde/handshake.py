@@ -7,24 +7,14 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from urdyn.errors import RtdeError
-from urdyn.io.rtde.events import (
-    Answer,
-    ControllerAnswer,
-    GetController,
-    OutputsAnswer,
-    Request,
-    RequestVersion,
-    SetupOutputs,
-    Start,
-    StartAnswer,
-    VersionAnswer,
-)
+from urdyn.io.rtde import events
 from urdyn.io.rtde.fields import NOT_FOUND, TYPES, cycle_rate
 from urdyn.io.rtde.recipe import Recipe
 
 LONGEST = 2048  # [bytes] of names that a controller takes, by the guide
 Kind = TypeVar("Kind")
-Talk = Generator[tuple[Request, int], Answer, Kind]  # requests with version, answers, result
+# Requests with their version, answers, result.
+Talk = Generator[tuple[events.Request, int], events.Answer, Kind]
 
 
 @dataclass(frozen=True)
@@ -58,13 +48,13 @@ def handshake(
     has. RtdeError where the controller refuses.
     """
     version = yield from _agree_version()
-    answer = yield GetController(), version
-    release = _expect(ControllerAnswer, answer).release
+    answer = yield events.GetController(), version
+    release = _expect(events.ControllerAnswer, answer).release
     rate = cycle_rate(release)
     wanted = rate if frequency is None or version == 1 else min(max(frequency, 1.0), rate)
     recipe, left_out = yield from _agree_recipe(names, optional, wanted, version)
-    answer = yield Start(), version
-    if not _expect(StartAnswer, answer).accepted:
+    answer = yield events.Start(), version
+    if not _expect(events.StartAnswer, answer).accepted:
         raise RtdeError("the controller does not start; is it booted, and its RTDE service on?")
     return Agreement(recipe, version, release, left_out)
 
@@ -72,8 +62,8 @@ def handshake(
 def _agree_version() -> Talk[int]:
     """The highest protocol that both speak."""
     for version in (2, 1):
-        answer = yield RequestVersion(version), 1
-        if _expect(VersionAnswer, answer).accepted:
+        answer = yield events.RequestVersion(version), 1
+        if _expect(events.VersionAnswer, answer).accepted:
             return version
     raise RtdeError("the controller speaks neither RTDE protocol 2 nor 1")
 
@@ -102,14 +92,14 @@ def _set_up(
     """Types and recipe id that the controller answers."""
     if len(",".join(names)) > LONGEST:
         raise RtdeError(f"controllers take {LONGEST} bytes of names; ask for fewer")
-    answer = yield SetupOutputs(names, None if version == 1 else frequency), version
-    outputs = _expect(OutputsAnswer, answer)
+    answer = yield events.SetupOutputs(names, None if version == 1 else frequency), version
+    outputs = _expect(events.OutputsAnswer, answer)
     if len(outputs.types) != len(names):
         raise RtdeError(f"the controller answers {len(outputs.types)} types to {len(names)} names")
     return outputs.types, outputs.recipe
 
 
-def _expect(kind: type[Kind], answer: Answer) -> Kind:
+def _expect(kind: type[Kind], answer: events.Answer) -> Kind:
     """The answer, which is to be of one kind."""
     if not isinstance(answer, kind):
         raise RtdeError(f"the controller answers {type(answer).__name__}, not {kind.__name__}")

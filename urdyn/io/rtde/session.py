@@ -9,26 +9,8 @@ from __future__ import annotations
 import math
 
 from urdyn.errors import RtdeError
+from urdyn.io.rtde import events
 from urdyn.io.rtde.controller import Controller
-from urdyn.io.rtde.events import (
-    Answer,
-    ControllerAnswer,
-    Data,
-    GetController,
-    InputsAnswer,
-    Level,
-    OutputsAnswer,
-    Pause,
-    PauseAnswer,
-    Request,
-    RequestVersion,
-    SetupInputs,
-    SetupOutputs,
-    Start,
-    StartAnswer,
-    Text,
-    VersionAnswer,
-)
 from urdyn.io.rtde.fields import TYPES
 from urdyn.io.rtde.recipe import Recipe, Values
 from urdyn.io.rtde.wire import controller_wire
@@ -58,7 +40,9 @@ class Session:
                 answers += [self._wire.write(answer) for answer in self._answer(request)]
         except RtdeError as error:
             self.broken = error
-            answers.append(self._wire.write(Text(str(error), SOURCE, Level.EXCEPTION)))
+            answers.append(
+                self._wire.write(events.Text(str(error), SOURCE, events.Level.EXCEPTION))
+            )
         return b"".join(answers)
 
     def publish(self, state: Values) -> bytes:
@@ -69,57 +53,59 @@ class Session:
         if self._due > 0:
             return b""
         self._due = int(self.controller.rate // self.output.frequency)
-        return self._wire.write(Data(self.output.id, self.output.pack(state)))
+        return self._wire.write(events.Data(self.output.id, self.output.pack(state)))
 
     def close(self) -> None:
         """Let others set the inputs that this client set."""
         self.controller.release_claims(self)
 
-    def _answer(self, request: Request) -> list[Answer]:
+    def _answer(self, request: events.Request) -> list[events.Answer]:
         match request:
-            case RequestVersion(version):
+            case events.RequestVersion(version):
                 if version in SPOKEN:
                     self._wire.version = version
-                return [VersionAnswer(version in SPOKEN)]
-            case GetController():
-                return [ControllerAnswer(self.controller.release)]
-            case SetupOutputs(names, frequency):
+                return [events.VersionAnswer(version in SPOKEN)]
+            case events.GetController():
+                return [events.ControllerAnswer(self.controller.release)]
+            case events.SetupOutputs(names, frequency):
                 return self._setup_outputs(names, frequency)
-            case SetupInputs(names):
+            case events.SetupInputs(names):
                 return self._setup_inputs(names)
-            case Start():
+            case events.Start():
                 self.streaming, self._due = self.output is not None, 0
-                return [StartAnswer(self.streaming)]
-            case Pause():
+                return [events.StartAnswer(self.streaming)]
+            case events.Pause():
                 self.streaming = False
-                return [PauseAnswer(True)]
-            case Text():
+                return [events.PauseAnswer(True)]
+            case events.Text():
                 self.controller.hear(request)
-            case Data(recipe, values):
+            case events.Data(recipe, values):
                 self._set(recipe, values)
         return []
 
-    def _setup_outputs(self, names: tuple[str, ...], frequency: float | None) -> list[Answer]:
+    def _setup_outputs(
+        self, names: tuple[str, ...], frequency: float | None
+    ) -> list[events.Answer]:
         """Accept an output recipe, or none of it."""
         types, rate = self.controller.output_types(names), self.controller.rate
         wanted = rate if frequency is None else frequency
         sound = names and TYPES.keys() >= set(types) and len(set(names)) == len(names)
         if not sound or not 0 < wanted < math.inf:
             self.output, self.streaming = None, False
-            return [OutputsAnswer(types, 0)]
+            return [events.OutputsAnswer(types, 0)]
         self.output = Recipe(names, types, min(max(wanted, 1.0), rate), 1)
-        return [OutputsAnswer(types, self.output.id)]
+        return [events.OutputsAnswer(types, self.output.id)]
 
-    def _setup_inputs(self, names: tuple[str, ...]) -> list[Answer]:
+    def _setup_inputs(self, names: tuple[str, ...]) -> list[events.Answer]:
         """Accept an input recipe and make its variables this client's, or refuse it."""
         types = self.controller.input_types(names, self)
         recipe = len(self._inputs) + 1
         sound = names and TYPES.keys() >= set(types) and len(set(names)) == len(names)
         if not sound or recipe > INPUT_RECIPES:
-            return [InputsAnswer(types, 0)]
+            return [events.InputsAnswer(types, 0)]
         self._inputs[recipe] = Recipe(names, types, id=recipe)
         self.controller.claim(names, self)
-        return [InputsAnswer(types, recipe)]
+        return [events.InputsAnswer(types, recipe)]
 
     def _set(self, recipe: int, package: bytes) -> None:
         """Take the values of an input package."""
