@@ -57,5 +57,5 @@ def test_the_probe_of_a_joint_shows_a_milliradian(
             swung=np.full((2, arm.joints), np.nan),
             loud=np.zeros((0, 2)),
         )
-    row = Observability(test.space, test.rule).of(state, test.needed)[joint]
+    row = Observability(test.space, test.rule).of(state)[joint]
     assert row["observable"], row

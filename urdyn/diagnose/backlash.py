@@ -209,7 +209,7 @@ class Backlash:
             llr' = llr - log(1 - p + p exp(llr))
         """
         others = beside & (np.arange(len(beside)) != j)
-        each = np.append(self._evidence(state), self.needed)  # the last: no gap anywhere
+        each = np.append(self._evidence(state), self.rule.needed)  # the last: no gap anywhere
         is_other = np.append(others, False)
         jolted, own = (np.logaddexp.reduce(each[of]) for of in (is_other, ~is_other))
         return np.asarray(llr + np.logaddexp(own, jolted) - np.logaddexp(own, jolted + llr))
@@ -222,7 +222,7 @@ class Backlash:
     def _judged(self, state: Reversals, j: int, now: float) -> tuple[Reversals, Event | None]:
         """Report a gap of joint j whose evidence now suffices."""
         evidence = float(self._evidence(state)[j])
-        if state.told[j] or evidence < self.needed:
+        if state.told[j] or evidence < self.rule.needed:
             return state, None
         best = int(np.argmax(state.R[j]))
         if state.number[j, best] < self.rule.enough:
@@ -239,7 +239,7 @@ class Backlash:
             "half_gap_rad": gap,
             "reversals": int(state.number[j, best]),
             "statistic": evidence,
-            "threshold": self.needed,
+            "threshold": self.rule.needed,
         }
         return Event(
             kind="joint_backlash",
@@ -250,11 +250,6 @@ class Backlash:
             evidence=said,
             unseen=float(np.fmax(state.before[j, best], state.recurred.begun)),
         )
-
-    @property
-    def needed(self) -> float:
-        """Evidence at which a gap is reported [nats]."""
-        return float(np.log(self.rule.promise))
 
 
 def _weighed(state: Reversals, j: int, llr: Array, shown: Array, t: float) -> Reversals:

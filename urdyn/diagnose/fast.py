@@ -108,4 +108,4 @@ class Fast:
 
     def observable(self, state: FastState) -> list[dict[str, Any]]:
         """Joint by joint, whether a gap could have been seen."""
-        return self.observability.of(state.reversals, self.backlash.needed)
+        return self.observability.of(state.reversals)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from math import log
 from typing import Any
 
 
@@ -67,6 +68,11 @@ class BacklashRule:
     quantity: str
     unit: str
     advice: str
+
+    @property
+    def needed(self) -> float:
+        """Evidence at which a gap is reported [nats]."""
+        return log(self.promise)
 
 
 @dataclass(frozen=True)

@@ -31,29 +31,25 @@ class Observability:
     space: Space
     rule: BacklashRule
 
-    def of(self, state: Reversals, needed: float) -> list[dict[str, Any]]:
-        """Joint by joint, the least gap that this motion could show, and which would show it.
-
-        Args:
-            needed: evidence at which a gap is reported [nats].
-        """
+    def of(self, state: Reversals) -> list[dict[str, Any]]:
+        """Joint by joint, the least gap that this motion could show, and which would show it."""
         arm, told = self.space.reference.arm, []
         for j, name in enumerate(arm.joint_names):
-            count, gap = int(state.count[j]), self._least(state, j, needed)
+            count, gap = int(state.count[j]), self._least(state, j)
             seen = gap <= self.rule.critical
             row: dict[str, Any] = {"joint": j, "name": name, "reversals": count, "observable": seen}
             row |= {"half_gap_rad": gap if np.isfinite(gap) else None}
             told.append(row if seen else row | self._probe(state, j))
         return told
 
-    def _least(self, state: Reversals, j: int, needed: float) -> float:
+    def _least(self, state: Reversals, j: int) -> float:
         """The least half gap that this motion could show [rad]; infinite: none.
 
         Before there is a gap the way of crossing it is unknown: then the least for either way.
         """
         if state.count[j] < self.rule.enough:
             return np.inf
-        needed = needed + np.log(self.space.joints * len(HALF))
+        needed = self.rule.needed + np.log(self.space.joints * len(HALF))
         plain = np.where(state.shown[j] >= needed, HALF, np.inf)
         least = [float(plain[way].min()) for way in WAYS]
         if state.told[j]:

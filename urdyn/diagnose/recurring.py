@@ -79,11 +79,6 @@ class Recurring:
     space: Space
     rule: BacklashRule
 
-    @property
-    def needed(self) -> float:
-        """Evidence at which it is reported [nats]."""
-        return float(np.log(self.rule.promise))
-
     def step(
         self,
         state: Recurred,
@@ -176,7 +171,7 @@ class Recurring:
         each = ratios(y, known * cov, known + PATTERN + 1.0, sound)
         each = each + placed[FEWEST - 1 :]
         evidence = float(logsumexp(each) - np.log(2.0 * len(WAYS) * self.space.joints))
-        if evidence < self.needed:
+        if evidence < self.rule.needed:
             return None
         many = int(np.argmax(each)) + FEWEST
         share = np.cumsum(np.exp(each - logsumexp(each)))
@@ -190,7 +185,7 @@ class Recurring:
             "current_A": shape.tolist(),
             "lasting_s": lasting,
             "statistic": evidence,
-            "threshold": self.needed,
+            "threshold": self.rule.needed,
         }
         return Event(
             kind="joint_backlash",
