@@ -36,7 +36,7 @@ from urdyn.dbn.robot_drive import (
 )
 from urdyn.dbn.robot_slice import Carried, RobotSlice, laid_out, packed, presliding_doubt
 from urdyn.dbn.stacking import stacked
-from urdyn.model.arm import Arm, with_inertials
+from urdyn.model.arm import Arm
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import Contact, friction_torque, present
 from urdyn.model.population import OPTIONAL
@@ -92,7 +92,7 @@ class RobotCurrents:
 
     @cached_property
     def _arm(self) -> Arm:
-        return with_inertials(self.reference.arm, self.reference.loaded())
+        return self.reference.rigid
 
     @cached_property
     def rigid(self) -> slice:

@@ -16,7 +16,7 @@ from urdyn.dbn.stacking import stacked
 from urdyn.identify.fit import Fit
 from urdyn.identify.noise import Noise
 from urdyn.identify.slow import MEMORY
-from urdyn.model.arm import Arm, with_inertials
+from urdyn.model.arm import Arm
 from urdyn.model.dynamics import Dynamics
 from urdyn.tracking.commissioned import commissioned, gains_of, shown_links
 from urdyn.types import Array, Index, frozen
@@ -80,7 +80,7 @@ class Space:
     @cached_property
     def arm(self) -> Arm:
         """The arm with the links' commissioned inertials and payload."""
-        return with_inertials(self.reference.arm, self.reference.loaded())
+        return self.reference.rigid
 
 
 def space(fit: Fit) -> Space:
