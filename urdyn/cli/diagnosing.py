@@ -61,7 +61,7 @@ def known_rules(path: Path | None, hours: float | None) -> Rules:
 
 
 def onlooker(
-    fit: Fit, source: Source, rules: Rules, voice: Voice, helper: Helper | None = None
+    fit: Fit, source: Source, rules: Rules, voice: Voice, helper: Helper | None
 ) -> Onlooker:
     """A diagnosis beside the tracking, by `helper` if there is one, that reports its findings."""
     from urdyn.diagnose.onlooker import Onlooker

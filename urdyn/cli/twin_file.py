@@ -9,7 +9,7 @@ import urdyn as ud
 from urdyn.errors import InputError, TwinError
 
 
-def load_fit(twin: Path, others: Collection[str | Path] = ()) -> ud.Fit:
+def load_fit(twin: Path, others: Collection[str | Path]) -> ud.Fit:
     """The fit of a twin; InputError where it is not one but one of `others`, the logs, is."""
     try:
         return ud.Twin.load(twin).fit

@@ -87,7 +87,7 @@ def residuals(point: Dynamics, motion: Motion, band: Band = EVERYTHING) -> list[
     return left
 
 
-def turnings(point: Dynamics, motion: Motion, band: Band = EVERYTHING) -> list[list[Mask]]:
+def turnings(point: Dynamics, motion: Motion, band: Band) -> list[list[Mask]]:
     """Which of those rows are near a reversal of the joint, joint by joint, run by run."""
     near: list[list[Mask]] = [[] for _ in point.drive.gain]
     for block in blocks(point, motion):

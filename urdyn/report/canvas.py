@@ -57,7 +57,7 @@ def line(x: Any, y: Any, name: str, colour: str, width: float = 1.3, **more: Any
     return go.Scatter(x=brief(x), y=brief(y), name=name, mode="lines", line=style, **more)
 
 
-def dots(x: Any, y: Any, name: str, colour: str, size: float = 7, **more: Any) -> go.Scatter:
+def dots(x: Any, y: Any, name: str, colour: str, size: float, **more: Any) -> go.Scatter:
     """Dots."""
     style = {"color": colour, "size": size} | more.pop("marker", {})
     return go.Scatter(x=brief(x), y=brief(y), name=name, mode="markers", marker=style, **more)

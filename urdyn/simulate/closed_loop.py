@@ -38,7 +38,7 @@ def closed_loop(
     targets: Trajectory,
     ahead: Array,
     course: Course,
-    gears: Gears | None = None,
+    gears: Gears | None,
 ) -> Iterator[Tick]:
     """The arm following `targets`; it starts at rest on their first row.
 

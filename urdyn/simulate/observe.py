@@ -47,7 +47,7 @@ def log_and_links(
     trajectory: Trajectory,
     sensors: Sensors,
     rng: np.random.Generator,
-    events: Sequence[Event] = (),
+    events: Sequence[Event],
     fidelity: Fidelity = inverse,
 ) -> tuple[Log, Array]:
     """What `observe` gives, and the links' true angles, (N, J) [rad], which no log contains."""

@@ -44,7 +44,7 @@ class Announcer:
     The last message is the newest state with the final findings: a broker keeps it.
     """
 
-    def __init__(self, fit: Fit, audience: Audience, serial: str = "") -> None:
+    def __init__(self, fit: Fit, audience: Audience, serial: str) -> None:
         self._fit, self._audience, self._serial = fit, audience, serial
         self._friction = fit.friction(WORKING_SPEED).mean
         self._newest: tuple[float, RunProgress, Snapshot] | None = None  # arrival [s] monotonic

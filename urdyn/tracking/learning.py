@@ -84,7 +84,7 @@ def learn_wear(
 
 
 def learn_edges(
-    network: Network, currents: RobotCurrents, stretches: Sequence[Stretch], iterations: int = 50
+    network: Network, currents: RobotCurrents, stretches: Sequence[Stretch], iterations: int
 ) -> Learnt[Network]:
     """The network fitted best to `stretches`; nodes that do not stray stay as they are."""
     few = _straying_part(network)
@@ -141,7 +141,7 @@ def summed_up(
     currents: RobotCurrents,
     about: Array,
     at: Index,
-    length: float = STRETCH,
+    length: float,
 ) -> list[Stretch]:
     """Stretches of `length` [s], in deviations of straying states, `at` (n,), from `about` (p,)."""
     found, n = [], len(at)
