@@ -46,6 +46,7 @@ FAULTS = {
 }
 AS_PUBLISHED = "Algorithm 2, as in the paper"
 PREDICTED_AT = (25, 40)  # [steps] after the onset
+FIGURE_NOISE = 0.025  # sigma in Figure 4
 
 
 @dataclass(frozen=True)
@@ -209,11 +210,11 @@ def predicted(trials: Trials, sigmas: tuple[float, ...] = (0.01, 0.05)) -> Itera
                 yield Predicted(sigma, age, left, float(error), float(inside), len(made))
 
 
-def figure4(seed: int, sigma: float = 0.025) -> Foreseen:
+def figure4(seed: int) -> Foreseen:
     """One life: truth, the paper's filter, ours, and the expected end."""
-    scenario = replace(paper.FRICTION_INCREASE, sigma=sigma, motion="steady")
+    scenario = replace(paper.FRICTION_INCREASE, sigma=FIGURE_NOISE, motion="steady")
     rng = np.random.default_rng(seed)
-    calm = replace(paper.HEALTHY, sigma=sigma, motion="steady", steps=STEPS)
+    calm = replace(paper.HEALTHY, sigma=FIGURE_NOISE, motion="steady", steps=STEPS)
     baseline = learn_baseline(_friction(paper.live(calm, rng)))
     life = paper.live(scenario, rng)
     y, end = _friction(life), scenario.critical
@@ -229,7 +230,7 @@ def figure4(seed: int, sigma: float = 0.025) -> Foreseen:
     alarm = run(Whitened(baseline, ShiryaevRoberts(PROMISE)), y).alarm
     return Foreseen(
         life.t, life.friction[:, paper.WORN], columns[0], columns[1:4].T, columns[4:].T,
-        scenario.warning, end, paper.ONSET, None if alarm is None else alarm + 1, sigma,
+        scenario.warning, end, paper.ONSET, None if alarm is None else alarm + 1, FIGURE_NOISE,
     )  # fmt: skip
 
 

@@ -46,7 +46,6 @@ def ramp_bank(
     dt: float = 1.0,
     steepest: float | None = None,
     expected: float = EXPECTED,
-    onsets: int = 64,
     names: tuple[str, ...] = ("f", "f.rate"),
     rate: str = "f.rate",
 ) -> Bank:
@@ -61,7 +60,6 @@ def ramp_bank(
         dt: between readings [s], or 1 where time counts in steps.
         steepest: rate up to which the prior is uniform [unit/s]; sigma / (2 dt) if None.
         expected: readings until an onset, in the prior; the hazard is constant.
-        onsets: candidates kept apart, 2 or more; older ones are merged.
         rate: the state that jumps at an onset.
     """
     ways = "1 for a rise, -1 for a fall, 0 for either"
@@ -75,7 +73,7 @@ def ramp_bank(
     signed: Array = np.ravel(signs[:, None] * rates)
     # Gaussians half a spacing wide: their sum is uniform between the first and the last.
     sizes = jumps(names, [rate], signed, spread=0.5 * width)
-    return Bank(sizes, onsets=onsets, hazard=1.0 / expected)
+    return Bank(sizes, hazard=1.0 / expected)
 
 
 def follow_ramp(

@@ -22,13 +22,14 @@ import numpy as np
 from scipy.special import ndtr
 
 from urdyn.errors import InputError
-from urdyn.given import fraction, given, positive
+from urdyn.given import given, positive
 from urdyn.types import Array, frozen
 
 CLIP = 2.5  # [sd] at which innovations are clipped
 PHASES = 8  # cells that a ramp passes
 REACH = 2.2  # mean of a ramp's last cell over the mean at which such a ramp is usually found
 PATIENCE = 10.0  # nats of evidence at which a ramp is found
+CHANGING = 0.05  # prior weight of the variances, against ramps and steps
 JUMP = 0.25  # prior weight of a step relative to a ramp of 1 sd/step: wear is gradual
 HURRY = 1.0 / 3.0  # power of the rate in a ramp's prior weight: a steep one leaves little time
 LOOSE = 1.25  # [-] factor by which healthy spread may exceed its bound before it is a fault
@@ -60,7 +61,6 @@ def cells(
     rates: Sequence[float] = (0.004, 0.015, 0.05, 0.2, 0.8),
     steps: Sequence[float] = (0.6, 1.8),
     variances: Sequence[float] = (2.0, 4.0),
-    changing: float = 0.05,
 ) -> Cells:
     """Alternatives on a grid.
 
@@ -68,7 +68,6 @@ def cells(
         rates: of ramps [sd/step].
         steps: sizes of steps [sd].
         variances: ratios of the variance to the healthy one.
-        changing: prior weight of the variances, against ramps and steps.
 
     Raises:
         InputError: there is no alternative, or one is no change.
@@ -76,13 +75,12 @@ def cells(
     rates = given(rates, "rates", "positive numbers", positive).tolist()
     steps = given(steps, "steps", "positive numbers", positive).tolist()
     variances = given(variances, "variances", "numbers above 1", lambda x: x > 1.0).tolist()
-    given(changing, "changing", "a number between 0 and 1", fraction)
     if not (rates or steps or variances):
         raise InputError("no rates, steps or variances: there is nothing to look for")
     rows: list[Array] = []
     kinds: list[str] = []
     grows = np.array([*(rate**HURRY for rate in rates), *(JUMP for _ in steps)])
-    grows *= 0.5 * (1.0 - changing * bool(variances)) / max(grows.sum(), JUMP)
+    grows *= 0.5 * (1.0 - CHANGING * bool(variances)) / max(grows.sum(), JUMP)
     for side, way in ((1.0, "up"), (-1.0, "down")):
         for rate, share in zip(rates, grows, strict=False):
             rows.append(_ramp(len(kinds), side, rate, share))
@@ -92,7 +90,7 @@ def cells(
             kinds.append(f"step {way}")
     for ratio in variances:
         tilt = 0.5 * (1.0 - 1.0 / ratio) / LOOSE**2
-        share = changing / len(variances)
+        share = CHANGING / len(variances)
         rows.append(_lasting(len(kinds), 0.0, tilt, square_psi(tilt), share))
         kinds.append("variance")
     return Cells(tuple(kinds), *np.vstack(rows).T)

@@ -88,12 +88,12 @@ def collider(arm: Arm, cell: Cell = STANDING, margin: float = MARGIN) -> Collide
     return _collider(arm, shapes, list(_apart(whole, len(things) - around, margin)))
 
 
-def free(arm: Arm, q: Array, cell: Cell = STANDING, margin: float = MARGIN) -> Mask:
-    """Whether the arm, in poses (..., J) [rad], keeps `margin` [m] from itself and its cell: (...).
+def free(arm: Arm, q: Array, cell: Cell = STANDING) -> Mask:
+    """Whether the arm, in poses (..., J) [rad], keeps MARGIN from itself and its cell: (...).
 
     Give many poses in one call: building the shapes costs as much as some hundred poses.
     """
-    return np.asarray((collider(arm, cell, margin).distances(q) >= margin).all(axis=-1))
+    return np.asarray((collider(arm, cell).distances(q) >= MARGIN).all(axis=-1))
 
 
 def _collider(arm: Arm, shapes: Any, chosen: Sequence[tuple[int, int]]) -> Collider:

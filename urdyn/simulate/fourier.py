@@ -70,7 +70,6 @@ def fourier(
     duration: float,
     rate: float,
     rng: np.random.Generator,
-    harmonics: int = HARMONICS,
     period: float = PERIOD,
 ) -> Trajectory:
     """Random excitation of `duration` [s] at `rate` [Hz] that keeps `comfortable` limits.
@@ -80,7 +79,7 @@ def fourier(
     """
     t = grid(duration, rate)
     repeats = max(1, round(float(t[-1]) / period))
-    series = series_within(arm, draw(arm.joints, float(t[-1]) / repeats, rng, harmonics))
+    series = series_within(arm, draw(arm.joints, float(t[-1]) / repeats, rng, HARMONICS))
     motion = np.empty((3, len(t), arm.joints))
     for rows in blocks(len(t)):
         motion[:, rows] = series.at(t[rows])

@@ -102,7 +102,7 @@ def along(
     return start + way * s, way * ds / duration, way * dds / duration**2
 
 
-def unit_move(u: Array, ramp: Array | float = RAMP) -> tuple[Array, Array, Array]:
+def unit_move(u: Array, ramp: Array | float) -> tuple[Array, Array, Array]:
     """From 0 to 1 in unit time: a trapezoid of velocity whose ramps are 3 x² - 2 x³.
 
     Returns position, velocity and (continuous) acceleration, in the shape of u in [0, 1].
