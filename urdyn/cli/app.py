@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 from inspect import cleandoc
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from urdyn.cli.acknowledge import acknowledge
 from urdyn.cli.bench import bench_identify
@@ -24,11 +25,35 @@ from urdyn.cli.fleet import fleet
 from urdyn.cli.identify import identify
 from urdyn.cli.record import record
 from urdyn.cli.simulate import simulate
-from urdyn.cli.switches import Verb, Verbs
 from urdyn.cli.track import track
 from urdyn.cli.validate import validate
 from urdyn.cli.view import view
 from urdyn.version import __version__
+
+
+class Verb(TyperCommand):
+    """A verb of the command line."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Arguments and options."""
+        return _bare(super().get_params(ctx))
+
+
+class Verbs(TyperGroup):
+    """Verbs under one name."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Options before the verb."""
+        return _bare(super().get_params(ctx))
+
+
+def _bare(params: list[Any]) -> list[Any]:
+    """Parameters whose help shows no type behind a switch, which takes no value."""
+    for param in params:
+        if isinstance(param, TyperOption) and param.is_flag:
+            param.metavar = ""
+    return params
+
 
 app = typer.Typer(
     name="urdyn",
