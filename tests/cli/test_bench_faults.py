@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 from story import urdyn
+from typer.testing import CliRunner
 
 from urdyn.bench import FAULTS
+from urdyn.cli.app import app
 from urdyn.cli.bench_faults import _rates
 from urdyn.report.bench.figure_four import Foreseen, Told, beside, figures
 from urdyn.report.bench.table_three import Row
@@ -80,14 +82,15 @@ def test_all_four_rows_are_measured_and_every_kind_is_counted(tmp_path: Path) ->
 
 
 def test_a_seed_below_zero_is_refused() -> None:
-    done = urdyn("bench", "faults", "--lives", "12", "--seed", "-1")
-    assert done.returncode == 2 and "--seed" in done.stderr
+    done = CliRunner().invoke(app, ["bench", "faults", "--lives", "12", "--seed", "-1"])
+    assert done.exit_code == 2 and "--seed" in done.stderr
 
 
 @pytest.mark.parametrize("bench", ["faults", "diagnose", "track"])
 def test_a_page_without_a_folder_is_refused_before_anything_is_computed(
     tmp_path: Path, bench: str
 ) -> None:
-    done = urdyn("bench", bench, "--out", str(tmp_path / "none" / "page.html"))
-    assert done.returncode == 1
+    page = tmp_path / "none" / "page.html"
+    done = CliRunner().invoke(app, ["bench", bench, "--out", str(page)])
+    assert done.exit_code == 1
     assert "folder does not exist" in done.stderr

@@ -111,8 +111,8 @@ def test_a_factory_calibration_is_told_in_other_forms(
 
 
 def test_poses_are_proposed_as_a_file_for_a_pipe() -> None:
-    run = urdyn("calibrate", "--suggest", 5, "--robot", "ur3e")
-    assert run.returncode == 0, run.stderr
+    run = calibrate("--suggest", 5, "--robot", "ur3e")
+    assert run.exit_code == 0, run.stderr
     heads, *rows = run.stdout.splitlines()
     assert heads.split(",") == list(load_arm("ur3e").joint_names)
     assert len(rows) == 5

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from story import urdyn
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 import urdyn as ud
 from urdyn.cli.app import app
@@ -20,10 +19,14 @@ FRICTION = "friction_increase:joint=2,onset=10,rate=0.01"
 STUCK = "sensor_fault:joint=4,onset=20,mode=dropped"
 
 
+def simulated(*how: object) -> Result:
+    return CliRunner().invoke(app, [*map(str, (*ARM, *how))])
+
+
 def test_the_truth_tells_the_course_of_every_fault(tmp_path: Path) -> None:
     out, told = tmp_path / "log.parquet", tmp_path / "truth.toml"
-    done = urdyn(*ARM, "--fault", FRICTION, "--fault", STUCK, "--out", out, "--truth", told)
-    assert done.returncode == 0, done.stderr
+    done = simulated("--fault", FRICTION, "--fault", STUCK, "--out", out, "--truth", told)
+    assert done.exit_code == 0, done.stderr
     truth = tomllib.loads(told.read_text())
     assert truth["schedule"][0] == {
         "kind": "friction_increase",
@@ -48,8 +51,8 @@ def test_the_truth_tells_the_course_of_every_fault(tmp_path: Path) -> None:
 
 def test_the_truth_as_parquet_has_the_rest_beside_it(tmp_path: Path) -> None:
     out, told = tmp_path / "log.parquet", tmp_path / "truth.parquet"
-    done = urdyn(*ARM, "--motion", "pick_and_place", "--heat", "--out", out, "--truth", told)
-    assert done.returncode == 0, done.stderr
+    done = simulated("--motion", "pick_and_place", "--heat", "--out", out, "--truth", told)
+    assert done.exit_code == 0, done.stderr
     over_time = ud.read(told)
     assert {"payload.mass", "elbow_joint.temperature"} <= set(over_time.channels)
     assert over_time.channels["elbow_joint.temperature"][0] == pytest.approx(22.0)
@@ -59,8 +62,8 @@ def test_the_truth_as_parquet_has_the_rest_beside_it(tmp_path: Path) -> None:
 def test_everything_at_once(tmp_path: Path) -> None:
     out = tmp_path / "log.csv"
     how = ("--noise", "real", "--deviations", "--heat", "--recorder", "several_rates")
-    done = urdyn(*ARM, "--motion", "shift", *how, "--fault", FRICTION, "--out", out, "--json")
-    assert done.returncode == 0, done.stderr
+    done = simulated("--motion", "shift", *how, "--fault", FRICTION, "--out", out, "--json")
+    assert done.exit_code == 0, done.stderr
     told = json.loads(done.stdout)
     assert told["truth"]["schedule"] and "course" not in told["truth"]
     log = ud.read(out)
@@ -70,7 +73,7 @@ def test_everything_at_once(tmp_path: Path) -> None:
 
 def test_what_the_command_writes_is_what_the_library_gives(tmp_path: Path) -> None:
     out = tmp_path / "log.parquet"
-    assert urdyn(*ARM, "--fault", FRICTION, "--heat", "--out", out).returncode == 0
+    assert simulated("--fault", FRICTION, "--heat", "--out", out).exit_code == 0
     events = (parse_fault(FRICTION, 6),)
     log, _ = ud.simulate(ud.load_arm("ur5e"), 40.0, 50.0, 4, events=events, heat=True)
     back = ud.read(out)
@@ -86,8 +89,7 @@ def test_what_the_command_writes_is_what_the_library_gives(tmp_path: Path) -> No
     ],
 )
 def test_what_cannot_be_is_one_line(tmp_path: Path, option: tuple[str, str], reason: str) -> None:
-    asked = map(str, (*ARM, *option, "--out", tmp_path / "log.csv"))
-    done = CliRunner().invoke(app, [*asked])
+    done = simulated(*option, "--out", tmp_path / "log.csv")
     assert done.exit_code == 1 and reason in done.stderr and "Traceback" not in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
 

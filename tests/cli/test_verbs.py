@@ -124,15 +124,15 @@ def test_another_arm_s_log_is_told_from_this_one_s(story: Story, tmp_path: Path)
     out = "--out", tmp_path / "run"
     as_named = "identify", log, "--robot", "ur10e", *out
     for verb in ("validate", twin, log), ("track", twin, log, *out), as_named:
-        refused = urdyn(*verb)
-        assert refused.returncode == 1 and "where a ur5e has its tool" in refused.stderr
+        refused = CliRunner().invoke(app, list(map(str, verb)))
+        assert refused.exit_code == 1 and "where a ur5e has its tool" in refused.stderr
     only = ("timestamp", "actual_q", "actual_qd", "actual_current")
     ud.write(ud.read(log, channels=only), log := tmp_path / "currents.parquet")
     said = command("validate", twin, log)
     assert "joints intervals for 90 % of the currents hold less than half" in said
     doubt = json.loads(command("validate", twin, log, "--json"))["doubt"]
     assert doubt in said and "this is not this arm's twin" in doubt
-    assert doubt in urdyn("validate", twin, log, "-q").stderr
+    assert doubt in CliRunner().invoke(app, ["validate", str(twin), str(log), "-q"]).stderr
     assert "doubt" not in json.loads(command("validate", twin, story.held_out, "--json"))
 
 

@@ -60,7 +60,7 @@ def test_an_example_in_the_help_is_whole_at_80_columns(verb: str) -> None:
     assert f"urdyn {verb}" in told and "…" not in told
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+@pytest.mark.parametrize("encoding", ["ascii", pytest.param("latin-1", marks=pytest.mark.slow)])
 def test_signs_that_a_terminal_lacks_are_told_in_ascii(encoding: str, story: Story) -> None:
     done = urdyn("validate", story.out / "twin.toml", story.held_out, PYTHONIOENCODING=encoding)
     assert (done.returncode, done.stderr) == (0, "")
