@@ -119,7 +119,7 @@ def test_a_bulky_piece_is_told_of_once_and_weighed(
     assert np.abs(state.belief.mean[at["f"]] - friction).max() < 0.06
 
 
-@pytest.mark.parametrize("rows", [3000, pytest.param(None, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("rows", [2000, pytest.param(None, marks=pytest.mark.slow)])
 def test_a_healthy_arm_wears_nothing_from_day_to_day(real: Fit, run: Log, rows: int | None) -> None:
     _, state = tracked(real, run.slice(0, rows))
     assert state.changed_at == -np.inf

@@ -17,7 +17,7 @@ from urdyn.tracking.state import restarted
 
 HALF = 0.5 * RATE  # [Hz] most of it is told by half as many samples
 WRONG = 8.0, 16.0  # [s]
-LENGTH = 30.0  # [s]
+LENGTH = 30.0  # [s] after which a belief is back
 
 WRONGS = {
     "the other sign": lambda current: -current,
@@ -34,12 +34,12 @@ def other(wrong, since, sample):
     return replace(sample, current=(WRONGS | STUCK)[wrong](sample.current))
 
 
-def passed_through(wrong, filter_, rate=HALF):
+def passed_through(wrong, filter_, rate=HALF, length=LENGTH):
     """Tracker, and state and belief after data that were no arm's for a while."""
     dynamics, fit = commissioned(0)
     tracker = Tracker(fit, filter_, 1.0 / rate)
     state, at = tracker.init(), tracker.currents.places
-    for k, sample in enumerate(samples(at_work(dynamics, 0, 5, LENGTH, rate=rate))):
+    for k, sample in enumerate(samples(at_work(dynamics, 0, 5, length, rate=rate))):
         state, reading = tracker.step(state, other(wrong, k / rate, sample))
         if reading is not None:
             belief = reading.belief
@@ -73,7 +73,7 @@ def test_a_belief_that_begins_anew_knows_of_no_drive_that_changed(workshop):
 
 
 def test_sensors_that_are_all_stuck_tell_of_nothing():
-    _, state, _ = passed_through("nothing", EKF())
+    _, state, _ = passed_through("nothing", EKF(), length=20.0)
     assert state.restarts == 0
 
 
@@ -84,7 +84,7 @@ FIRST, *OTHERS = (*WRONGS, *STUCK)
     "wrong", [FIRST, *(pytest.param(wrong, marks=pytest.mark.slow) for wrong in OTHERS)]
 )
 def test_a_quicker_mode_stays_a_belief_too(wrong):
-    passed_through(wrong, Blocks(8))
+    passed_through(wrong, Blocks(8), length=20.0)
 
 
 def test_a_run_tells_of_it(workshop, tmp_path):

@@ -8,7 +8,6 @@ import pytest
 from urdyn.cli.watching import verdict
 from urdyn.dbn import Edge, Network, Node, figure2
 from urdyn.errors import InputError
-from urdyn.estimate import EKF
 from urdyn.io import write
 from urdyn.signal import Sample, samples
 from urdyn.tracking import Arrival, open_source
@@ -18,6 +17,14 @@ from urdyn.tracking.modes import QUICKER
 from urdyn.tracking.network import of_arm, tracked_network
 
 PERIOD = 0.01
+
+
+@pytest.fixture(scope="module")
+def workshop(workshop, tmp_path_factory):
+    """Its recording's first six seconds."""
+    path, log = tmp_path_factory.mktemp("six") / "log.parquet", workshop.log.slice(0, 600)
+    write(log, path)
+    return replace(workshop, log=log, recording=path)
 
 
 def sample(t: float, current: float = 1.0) -> Sample:
@@ -174,11 +181,12 @@ def test_a_joint_without_any_current_lacks_all_of_it(workshop, tmp_path):
     assert "up to 100 % missing" in verdict(workshop.track(tmp_path / "out", source))
 
 
-@pytest.mark.parametrize("mode", ["full", *QUICKER])
-def test_a_quicker_mode_says_where_its_loss_is_printed(workshop, tmp_path, mode):
+def test_a_quicker_mode_says_where_its_loss_is_printed(workshop, tmp_path):
     source = open_source(str(workshop.recording), rows=(0, 100))
-    summary = workshop.track(tmp_path, source, filter=QUICKER.get(mode, EKF()))
-    assert ("`urdyn bench track` prints" in verdict(summary)) == (mode != "full")
+    summary = workshop.track(tmp_path, source)
+    for mode in ("full", *QUICKER):
+        said = verdict(summary | {"mode": mode})
+        assert ("`urdyn bench track` prints" in said) == (mode != "full")
 
 
 def test_the_tracked_network_has_the_edges_that_the_filter_uses():

@@ -207,7 +207,9 @@ def test_another_payload_has_nothing_of_the_one_before(model, slices):
         )
 
 
-@pytest.mark.parametrize("filter_", [EKF(), UKF()], ids=["ekf", "ukf"])
+@pytest.mark.parametrize(
+    "filter_", [EKF(), pytest.param(UKF(), marks=pytest.mark.slow)], ids=["ekf", "ukf"]
+)
 def test_ever_new_payloads_do_not_tell_the_gain_that_they_are_felt_through(model, slices, filter_):
     """One joint's current alone: all of them heavier, and the drive that much stronger, is as much.
 

@@ -110,7 +110,10 @@ def test_poses_by_another_clock_are_refused_in_a_line(workshop, poses, tmp_path)
     assert not (tmp_path / "run" / "history.parquet").exists()
 
 
-def test_poses_that_are_of_no_arm_like_this_are_told_to_tell_nothing(workshop, poses, tmp_path):
+def test_poses_that_are_of_no_arm_like_this_are_told_to_tell_nothing(
+    workshop, poses, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("urdyn.report.track.apart.draw", lambda *of: 1.0)
     rows, _ = read_pose_stream(poses)
     sides = dict(zip("xyz", rows[:, 1:4].T * [[-1.0], [1.0], [1.0]], strict=True))
     write(Log(rows[:, 0], sides), tmp_path / "mirrored.csv")

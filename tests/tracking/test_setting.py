@@ -45,7 +45,7 @@ def tooled(told: bool):
     """An arm that bore its tool when it was identified, whether or not anybody said so."""
     arm = load_arm("ur10e")
     dynamics = virtual_arm(arm, 5, TOOL)
-    motion = condition(at_work(dynamics, 0, 20.0))
+    motion = condition(at_work(dynamics, 0, 14.0))
     tool = TOOL.inertials() if told else None
     make = partial(identify, arm, motion, gain=dynamics.drive.gain, tool=tool)
     return dynamics, fitted(f"tooled_{told}", make)

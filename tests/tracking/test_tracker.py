@@ -22,7 +22,9 @@ def tracked(fit, log, filter_, drift=None):
     return readings, quantities(fit, tracker.currents)
 
 
-@pytest.mark.parametrize("filter_", [EKF(), UKF()], ids=["ekf", "ukf"])
+@pytest.mark.parametrize(
+    "filter_", [EKF(), pytest.param(UKF(), marks=pytest.mark.slow)], ids=["ekf", "ukf"]
+)
 def test_a_healthy_arm_stays_what_it_is(filter_):
     dynamics, fit = commissioned(0)
     readings, physical = tracked(fit, at_work(dynamics, 0, 1, 14.0), filter_)
