@@ -104,11 +104,11 @@ def test_a_spread_that_is_wrong_is_followed_up_to_what_is_allowed() -> None:
 def test_what_is_known_of_a_level_is_what_was_measured_of_it() -> None:
     """Of two thousand rows a tenth is there: they know it to the sd of two hundred."""
     rng, z = np.random.default_rng(1), []
-    for _ in range(20):
+    for _ in range(10):
         rows = np.where(rng.random(2000) < 0.1, rng.standard_normal(2000), np.nan)
         one = learn_baseline(rows)
         assert one.steps[0] == np.isfinite(rows).sum()
         z.append(one.typical[0] / (one.spread[0] / np.sqrt(one.steps[0])))
-    lo, hi = np.sqrt(chi2.ppf([1e-3, 1.0 - 1e-3], 20) / 20)
+    lo, hi = np.sqrt(chi2.ppf([1e-3, 1.0 - 1e-3], 10) / 10)
     # a level is a robust mean: of white noise its sd may be up to 1.25 times that of the mean
     assert lo < np.sqrt(np.mean(np.square(z))) < 1.25 * hi

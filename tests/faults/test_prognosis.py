@@ -137,7 +137,7 @@ def test_what_is_flat_never_crosses() -> None:
             assert "inf" in str(one.critical)
 
 
-@pytest.mark.parametrize("time", [50.0, 200.0])
+@pytest.mark.parametrize("time", [pytest.param(50.0, marks=pytest.mark.slow), 200.0])
 def test_what_grows_exponentially_is_not_foretold_as_if_straight(time: float) -> None:
     """40 lives at .7 and .85 of theirs: held by 90 % intervals in two thirds or more, and flagged.
 

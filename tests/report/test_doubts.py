@@ -40,7 +40,11 @@ def test_nothing_is_said_of_a_sound_log(identified: Fit, score: Score) -> None:
     assert doubts(identified, [score]) == []
 
 
-@pytest.mark.parametrize("wrong", [lambda i: i[:, SWAPPED], np.abs], ids=["order", "sign"])
+@pytest.mark.parametrize(
+    "wrong",
+    [lambda i: i[:, SWAPPED], pytest.param(np.abs, marks=pytest.mark.slow)],
+    ids=["order", "sign"],
+)
 def test_currents_of_other_joints_are_explained_by_no_model(ur5e: Arm, log: Log, wrong) -> None:
     odd = currents(log, wrong(log.channels["actual_current"]))
     fit = identify(ur5e, condition(odd))

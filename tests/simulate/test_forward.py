@@ -110,9 +110,11 @@ def test_the_current_is_what_the_equation_says_of_the_motion(arm, dynamics, aske
 
 
 def test_elastic_gears_follow_the_same_motion(arm, dynamics, asked, healthy):
-    soft = seen(dynamics, asked, fidelity=partial(forward, gears=typical_gears(arm)))
-    twist = dynamics.load(asked.at(asked.t)) / typical_gears(arm).stiffness
-    apart = np.abs(soft.joint("actual_q") - healthy.joint("actual_q")).max(axis=0)
+    n = len(asked.t) // 4  # steps of elastic gears are many
+    part = Trajectory(asked.t[:n], asked.q[:n], asked.v[:n], asked.a[:n])
+    soft = seen(dynamics, part, fidelity=partial(forward, gears=typical_gears(arm)))
+    twist = dynamics.load(part.at(part.t)) / typical_gears(arm).stiffness
+    apart = np.abs(soft.joint("actual_q") - healthy.joint("actual_q")[:n]).max(axis=0)
     assert (apart < 2e-4 + 2.0 * np.abs(twist).max(axis=0)).all()
 
 
