@@ -23,7 +23,7 @@ class Shop:
     fit: Fit
 
     def log(
-        self, *faults: str, seconds: float = 40.0, rate: float = 100.0, seed: int = 5, **how: str
+        self, *faults: str, seconds: float = 40.0, rate: float = 50.0, seed: int = 5, **how: str
     ) -> Log:
         """A run in which all these faults befall the arm."""
         motion, noise = np.random.default_rng(seed).spawn(2)

@@ -130,7 +130,7 @@ def test_a_controller_that_begins_anew_ends_no_diagnosis(shop: Shop) -> None:
 
 
 def test_a_diagnosis_goes_on_where_its_memory_ends(shop: Shop, tmp_path: Path) -> None:
-    log = shop.log(PUSH, seconds=9.0)
+    log = shop.log(PUSH, seconds=9.0, rate=100.0)
     diagnosis, again = shop.diagnosis(log), None
     state, kept = diagnosis.init(), Memory(tmp_path, RUN)
     for k, now in enumerate(instants(shop, log)):

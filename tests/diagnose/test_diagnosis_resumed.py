@@ -39,7 +39,10 @@ def readings(shop: Shop, log):
 
 
 def test_a_killed_diagnosis_goes_on_and_finds_the_same(shop: Shop, tmp_path: Path) -> None:
-    log, identity = shop.log("collision:link=4,force=90/0/60,onset=4", seconds=7.0), {"twin": "a"}
+    log, identity = (
+        shop.log("collision:link=4,force=90/0/60,onset=4", seconds=6.0, rate=100.0),
+        {"twin": "a"},
+    )
     whole, killed = looking_on(shop, log), looking_on(shop, log)
     (tmp_path / "whole").mkdir()
     whole.begin(tmp_path / "whole", 0, identity)

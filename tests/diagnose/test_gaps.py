@@ -86,7 +86,7 @@ def test_noise_of_any_colour_is_a_gap_no_more_often_than_that_is_likely(
     gone, K = light * ((after > 0.0) & (after < T)), of.reference.drive.gain[j]
     lacking = np.array([10.0 * T**2 * _strike(after - T, lasting) - gone for lasting in STRIKES])
     told = []
-    for _ in range(2000):
+    for _ in range(1000):
         drawn = scale[j] * rng.standard_normal(300)
         left = lfilter([1.0], [1.0, -keeps], drawn)[200:]
         beside = Beside(left, rows.doubt[:, j], known / K, rows.v[:, j], left == left, K, j)

@@ -273,7 +273,9 @@ def test_a_push_is_none_the_less_for_a_piece_that_it_was_taken_for(
     shop: Shop, where: Space
 ) -> None:
     """Who looks for pieces, half a second at a time, may take it for one before it is over."""
-    log = shop.log("collision:link=3,force=120/-60/90,onset=4,duration=0.3", seconds=6.0)
+    log = shop.log(
+        "collision:link=3,force=120/-60/90,onset=4,duration=0.3", seconds=6.0, rate=100.0
+    )
     motion, s, moved = shop.motion(log)
     seen = rows(where, motion, s, moved, unfelt(6))
     alone, sound = Collision(where, read_rules().fast.collision), np.zeros(6, dtype=bool)
@@ -301,7 +303,7 @@ def test_a_piece_that_was_felt_to_come_stays_until_moments_tell_of_it(
 ) -> None:
     """Beside a baseline of its weight alone each time it is sped up would be a push."""
     piece = Payload(4.0, np.array([0.0, 0.0, 0.08])).inertials()
-    log = shop.log("payload_change:mass=4,com=0/0/0.08,onset=4", seconds=7.0)
+    log = shop.log("payload_change:mass=4,com=0/0/0.08,onset=4", seconds=7.0, rate=100.0)
     motion, s, moved = shop.motion(log)
     seen = rows(where, motion, s, moved, unfelt(6))
     alone, known = Collision(where, read_rules().fast.collision), np.array([NOTHING[0], piece])
@@ -348,7 +350,7 @@ def test_who_took_friction_for_a_push_is_not_deaf_to_one(shop: Shop, where: Spac
 
 @pytest.mark.parametrize("rises", [0.02, 0.6])
 def test_a_push_that_rises_slowly_began_before_it_was_loud(shop: Shop, rises: float) -> None:
-    log = shop.log(seconds=6.0)
+    log = shop.log(seconds=6.0, rate=100.0)
     t, drive, arm = log.t - log.t[0], shop.dynamics.drive, shop.dynamics.arm
     course = np.clip((t - 4.0) / rises, 0.0, 1.0) * (t < 4.8)
     q = log.joint("actual_q")

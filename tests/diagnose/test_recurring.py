@@ -124,7 +124,7 @@ def test_windows_are_placed_where_they_are_alike() -> None:
 
 @pytest.mark.parametrize("jolt", [_blow, pytest.param(_rebound, marks=pytest.mark.slow)])
 def test_a_jolt_of_a_joints_friction_that_recurs_is_play_of_that_joint(shop: Shop, jolt) -> None:
-    j, log = 0, shop.log(seconds=40.0)
+    j, log = 0, shop.log(seconds=40.0, rate=100.0)
     friction = shop.dynamics.drive.coulomb[j]
     jolts = _jolts(log, log.joint("actual_qd")[:, j], jolt, since=5.0)
     (finding,) = shop.disturbed(log, j, friction * jolts).findings
@@ -132,7 +132,6 @@ def test_a_jolt_of_a_joints_friction_that_recurs_is_play_of_that_joint(shop: Sho
     assert finding.onset_s > log.t[0] + 4.9
     earliest, latest = finding.onset_interval_s
     assert log.t[0] < earliest < log.t[0] + 5.0 < latest  # within a reversal of that
-    assert not shop.disturbed(log, j, np.zeros(len(log.t))).findings
 
 
 @pytest.mark.parametrize(
@@ -142,7 +141,7 @@ def test_no_model_is_as_fine_as_a_recording_that_was_smoothed(
     shop: Shop, share: float, told: bool
 ) -> None:
     """It has next to no noise, beside which all that a model is off by would pass for play."""
-    j, log, drive = 0, shop.log(seconds=40.0), shop.fit.dynamics.drive
+    j, log, drive = 0, shop.log(seconds=40.0, rate=100.0), shop.fit.dynamics.drive
     current = shop.fit.dynamics.current(shop.motion(log)[0])
     current += 1e-4 * np.random.default_rng(2).standard_normal(current.shape)
     jolts = _jolts(log, log.joint("actual_qd")[:, j], _blow)

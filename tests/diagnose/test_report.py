@@ -39,7 +39,7 @@ def test_a_log_is_conditioned_for_its_own_arm_only(shop, ur5e):
 
 
 def test_a_load_that_the_controller_is_set_to_is_a_notice_that_needs_no_attention(shop, ur5e):
-    log = shop.log("payload_change:onset=8,mass=2", seconds=40.0)
+    log = shop.log("payload_change:onset=8,mass=2", seconds=40.0, rate=25.0)
     late = log.t - log.t[0] >= 8.0
     fit = replace(shop.fit, tool_known=True)
     load = np.where(late, 2.0, 0.0)

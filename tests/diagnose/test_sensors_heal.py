@@ -20,9 +20,11 @@ from urdyn.diagnose.sensor import BELIEVED
 from urdyn.types import MAD_TO_SD
 
 
-def _silent(shop: Shop, *spans: tuple[float, float], seconds: float = 14.0) -> tuple[Report, float]:
+def _silent(
+    shop: Shop, *spans: tuple[float, float], seconds: float = 14.0, rate: float = 50.0
+) -> tuple[Report, float]:
     """What is told of a sensor that is silent in these spans [s], and when its log begins [s]."""
-    log = shop.log(seconds=seconds)
+    log = shop.log(seconds=seconds, rate=rate)
     current = log.joint("actual_current").copy()
     for begin, end in spans:
         current[(log.t - log.t[0] > begin) & (log.t - log.t[0] < end), 2] = np.nan
@@ -60,7 +62,7 @@ def test_one_that_is_silent_anew_tells_since_when_and_that_it_was_before(shop: S
 
 
 def test_several_silences_are_told_as_so_many_and_how_long_the_longest_was(shop: Shop) -> None:
-    report, begin = _silent(shop, (3.0, 3.3), (5.0, 5.5), (5.7, 5.72), (7.0, 7.2))
+    report, begin = _silent(shop, (3.0, 3.3), (5.0, 5.5), (5.7, 5.72), (7.0, 7.2), rate=100.0)
     [found] = report
     assert found.evidence["times"] == 3 and "was silent 3 times" in found.text
     assert found.evidence["longest_s"] == pytest.approx(0.5, abs=0.02)
@@ -143,7 +145,7 @@ def test_a_silence_that_is_over_within_a_beat_is_told_with_its_own_times(shop: S
     assert float(last) > float(first)
 
 
-@pytest.mark.parametrize("both", [False, True])
+@pytest.mark.parametrize("both", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_sensor_that_clips_is_told_as_that_and_not_as_well(shop: Shop, both: bool) -> None:
     """Between its limits it tells the current, for seconds, and nothing beyond them."""
     log = shop.log(seconds=25.0)

@@ -284,7 +284,7 @@ def test_friction_that_turns_with_a_motion_to_and_fro_is_no_loop_that_rings(
     shop: Shop, joint: int
 ) -> None:
     """A square wave has lines at its odd multiples, and the model leaves nothing of them."""
-    arm, n, rate = shop.dynamics.arm, 3000, 100.0
+    arm, n, rate = shop.dynamics.arm, 1500, 100.0
     t, line = np.arange(n) / rate, 2.0 * np.pi * 0.9
     of = np.eye(6)[joint]
     rest = np.array([0.2, -1.4, 1.2, -0.8, 0.5, 0.1])
@@ -352,7 +352,7 @@ def test_a_swing_of_one_newton_metre_is_told_within_a_second_and_a_quarter(
 @pytest.mark.parametrize(
     ("joint", "grows", "how", "severity"),
     [
-        (5, lambda s: 0.5 + 0.15 * s, "growing", "warning"),
+        pytest.param(5, lambda s: 0.5 + 0.15 * s, "growing", "warning", marks=pytest.mark.slow),
         (2, lambda s: 4.0 + 1.2 * s, "growing", "critical"),
         (4, lambda s: 1.0 + 0.0 * s, "steady", "warning"),
         (3, lambda s: 2.4 * np.exp(-0.1 * s), "fading", "warning"),
@@ -376,8 +376,9 @@ def test_a_drive_that_holds_its_joint_against_another_is_not_the_one_that_rings(
     shop: Shop,
 ) -> None:
     """It may have more to do than the one whose joint swings, and does not move its own."""
-    log = shop.log("controller_instability:joint=3,onset=4,rate=2,shape=step", seconds=8.0)
-    moves = log.joint("actual_qd")[:, 3] - shop.log(seconds=8.0).joint("actual_qd")[:, 3]
+    how = {"seconds": 8.0, "rate": 100.0}
+    log = shop.log("controller_instability:joint=3,onset=4,rate=2,shape=step", **how)
+    moves = log.joint("actual_qd")[:, 3] - shop.log(**how).joint("actual_qd")[:, 3]
     [alone] = diagnose(shop.fit, log)
     reaction = 8.0 * alone.size * moves / np.abs(moves).max()
     [found] = shop.disturbed(log, 2, reaction)

@@ -32,7 +32,7 @@ def _kinds(report: Report) -> list[tuple[str, int | None]]:
 
 def test_a_joint_that_rings_has_no_noisy_sensor_and_is_told_once(shop: Shop) -> None:
     """Though its line wanders by more than a loop's does, and neighbours differ by amperes."""
-    log = shop.log(seconds=22.0)
+    log = shop.log(seconds=16.0, rate=RATE)
     since = log.t - log.t[0] - 8.0
     pitch = np.where(since < 2.0, 20.0, 23.0)  # [Hz]
     swing = 9.0 * np.sin(2.0 * np.pi * np.cumsum(pitch) / RATE)
@@ -108,7 +108,7 @@ def _torn(log: Log, what: str) -> Log:
     ["lapses", "spikes", *(pytest.param(w, marks=pytest.mark.slow) for w in ("zeros", "bursts"))],
 )
 def test_values_that_are_none_are_a_sensors_and_no_push_or_wear(shop: Shop, what: str) -> None:
-    log = shop.log(seconds=30.0)
+    log = shop.log(seconds=30.0, rate=RATE)
     torn = _torn(log, what)
     (finding,) = diagnose(shop.fit, torn).findings
     assert (finding.kind, finding.joint) == ("sensor_fault", 1)
@@ -170,7 +170,7 @@ def test_a_sensor_that_tells_more_than_there_is_looks_like_a_drive_that_lost_hea
 
 def test_an_arm_without_power_has_no_sensor_that_fails(shop: Shop) -> None:
     """All currents are nothing then."""
-    log = shop.log(seconds=30.0)
+    log = shop.log(seconds=20.0, rate=RATE)
     current = log.joint("actual_current").copy()
     current[np.random.default_rng(6).random(len(current)) < 0.02] = 0.0
     assert not diagnose(shop.fit, with_current(log, current)).findings
@@ -184,7 +184,7 @@ def test_a_sensor_is_noisy_for_longer_than_a_joint_rattles_at_its_fastest(
     shop: Shop, lasts: float, times: float, soonest: float | None
 ) -> None:
     """A real elbow did so for a second and a quarter, with three to four times the usual noise."""
-    log, begin = shop.log(seconds=20.0), 8.0
+    log, begin = shop.log(seconds=16.0, rate=RATE), 8.0
     since, noise = log.t - log.t[0] - begin, shop.fit.noise.sd[2] * shop.dynamics.drive.gain[2]
     rattle = times * noise * np.random.default_rng(3).standard_normal(len(since))
     report = shop.disturbed(log, 2, np.where((since > 0.0) & (since < lasts), rattle, 0.0))
@@ -214,7 +214,7 @@ def _slipped(shop: Shop, slip: float, within: float = 1e-3) -> Log:
     Its velocity follows, by an observer of 3 ms. Its loop moves the joint until the angle is where
     it should be: the arm goes on beside it.
     """
-    log = shop.log(seconds=26.0, rate=125.0)
+    log = shop.log(seconds=2.0 * MIDDLE, rate=125.0)
     since, period = log.t - log.t[0] - MIDDLE, float(np.median(np.diff(log.t)))
     gone, pole = np.maximum(since, 0.0), 1.0 / 0.04
     taken = slip * (1.0 - (1.0 + pole * gone) * np.exp(-pole * gone))
@@ -245,14 +245,14 @@ def test_one_that_slips_within_some_samples_is_no_other_fault(shop: Shop) -> Non
 
 @pytest.mark.parametrize("later", [2.0, 300.0])
 def test_a_clock_that_jumps_within_a_beat_is_a_pause(shop: Shop, later: float) -> None:
-    log = shop.log(seconds=10.0)
+    log = shop.log(seconds=9.0, rate=RATE)
     t = np.where(np.arange(len(log.t)) < 707, log.t, log.t + later)
     assert not diagnose(shop.fit, replace(log, t=t)).findings
     assert not _live(shop, replace(log, t=t))
 
 
 def test_half_a_second_of_which_nobody_knows_anything_is_one_too(shop: Shop) -> None:
-    log = shop.log(seconds=14.0)
+    log = shop.log(seconds=14.0, rate=RATE)
     channels = {name: np.array(of, dtype=float) for name, of in log.channels.items()}
     for of in channels.values():
         of[710:760] = np.nan
