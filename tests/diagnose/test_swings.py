@@ -354,7 +354,7 @@ def test_a_swing_of_one_newton_metre_is_told_within_a_second_and_a_quarter(
     [
         pytest.param(5, lambda s: 0.5 + 0.15 * s, "growing", "warning", marks=pytest.mark.slow),
         (2, lambda s: 4.0 + 1.2 * s, "growing", "critical"),
-        (4, lambda s: 1.0 + 0.0 * s, "steady", "warning"),
+        pytest.param(4, lambda s: 1.0 + 0.0 * s, "steady", "warning", marks=pytest.mark.slow),
         (3, lambda s: 2.4 * np.exp(-0.1 * s), "fading", "warning"),
     ],
 )

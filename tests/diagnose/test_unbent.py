@@ -105,7 +105,7 @@ def _torn(log: Log, what: str) -> Log:
 
 @pytest.mark.parametrize(
     "what",
-    ["lapses", "spikes", *(pytest.param(w, marks=pytest.mark.slow) for w in ("zeros", "bursts"))],
+    ["spikes", *(pytest.param(w, marks=pytest.mark.slow) for w in ("lapses", "zeros", "bursts"))],
 )
 def test_values_that_are_none_are_a_sensors_and_no_push_or_wear(shop: Shop, what: str) -> None:
     log = shop.log(seconds=30.0, rate=RATE)
@@ -243,7 +243,7 @@ def test_one_that_slips_within_some_samples_is_no_other_fault(shop: Shop) -> Non
     assert set(_kinds(report)) <= {("encoder_offset", 1)}
 
 
-@pytest.mark.parametrize("later", [2.0, 300.0])
+@pytest.mark.parametrize("later", [2.0, pytest.param(300.0, marks=pytest.mark.slow)])
 def test_a_clock_that_jumps_within_a_beat_is_a_pause(shop: Shop, later: float) -> None:
     log = shop.log(seconds=9.0, rate=RATE)
     t = np.where(np.arange(len(log.t)) < 707, log.t, log.t + later)

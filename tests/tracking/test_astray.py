@@ -50,9 +50,11 @@ def passed_through(wrong, filter_, rate=HALF, length=LENGTH):
 @pytest.mark.parametrize(
     ("wrong", "rate"),
     [
-        ("the other sign", RATE),
         ("five times as much", HALF),
-        pytest.param("next to nothing", RATE, marks=pytest.mark.slow),
+        *(
+            pytest.param(wrong, RATE, marks=pytest.mark.slow)
+            for wrong in ("the other sign", "next to nothing")
+        ),
     ],
 )
 def test_a_belief_gone_astray_is_begun_anew(wrong, rate):

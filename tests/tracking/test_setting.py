@@ -168,7 +168,7 @@ def test_a_raw_wrench_weighs_the_tool_that_currents_know_of(tmp_path):
     assert load["sd"] < 0.75 * half_a_kilogram(True)[0]["final"]["payload.mass"]["sd"]
 
 
-@pytest.mark.parametrize("mass", [CARRIED + 0.05, None])
+@pytest.mark.parametrize("mass", [CARRIED + 0.05, pytest.param(None, marks=pytest.mark.slow)])
 def test_a_setting_that_is_right_is_not_complained_of(mass, tmp_path):
     looking = MagicMock(findings=())
     looking.finish.return_value = {}
