@@ -8,12 +8,13 @@ import pytest
 from urdyn.cli.watching import verdict
 from urdyn.dbn import Edge, Network, Node, figure2
 from urdyn.errors import InputError
+from urdyn.estimate import EKF
 from urdyn.io import write
 from urdyn.signal import Sample, samples
 from urdyn.tracking import Arrival, open_source
 from urdyn.tracking.joint_motion import STANDING
 from urdyn.tracking.losses import as_plain, counted, no_losses, too_sparse
-from urdyn.tracking.modes import QUICKER
+from urdyn.tracking.modes import QUICKER, mode_of
 from urdyn.tracking.network import of_arm, tracked_network
 
 PERIOD = 0.01
@@ -184,8 +185,8 @@ def test_a_joint_without_any_current_lacks_all_of_it(workshop, tmp_path):
 def test_a_quicker_mode_says_where_its_loss_is_printed(workshop, tmp_path):
     source = open_source(str(workshop.recording), rows=(0, 100))
     summary = workshop.track(tmp_path, source)
-    for mode in ("full", *QUICKER):
-        said = verdict(summary | {"mode": mode})
+    for mode, filter_ in ({"full": EKF()} | QUICKER).items():
+        said = verdict(summary | {"mode": mode_of(filter_)})
         assert ("`urdyn bench track` prints" in said) == (mode != "full")
 
 
