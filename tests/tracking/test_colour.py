@@ -36,21 +36,34 @@ def test_white_noise_stays_white_and_its_size_is_found():
 
 def test_samples_that_were_not_there_do_not_count():
     """A joint that stood for an hour is told its noise as soon as one that did not."""
-    loud = 3.0 * np.random.default_rng(4).standard_normal((500, J))
+    loud = 3.0 * np.random.default_rng(4).standard_normal((1000, J))
     stood = np.full((LONG, J), np.nan)
     stood[:, 1:] = np.random.default_rng(5).standard_normal((LONG, J - 1))
     at_once, later = heard(loud), heard(np.concatenate([stood, loud]))
     assert later.scale[0] == pytest.approx(at_once.scale[0], rel=0.02)
-    assert (later.scale[1:] < 0.8 * later.scale[0]).all()  # 500 samples of 6000, and of 1000
+    assert (
+        later.scale[1:] < 0.8 * later.scale[0]
+    ).all()  # a look at 500 samples of 6000, and of 1000
+
+
+def test_what_sets_in_counts_as_noise_at_the_second_look():
+    """Until then a change of the arm, which leaves as much, stands out against the noise before."""
+    rng = np.random.default_rng(7)
+    colour, slow = heard(rng.standard_normal((1250, J))), []
+    for row in rng.standard_normal((750, J)) + 2.0:  # a look at the 250th and the 750th
+        colour = noise.learnt(colour, row, NOTHING, SURE, PERIOD)
+        slow.append(colour.slow)
+    # 250 samples of 1750 with an offset of 2: slow noise of 2 sqrt(1 / 8) = .7.
+    assert np.max(slow[:-1]) < 0.25 and np.min(slow[-1]) > 0.5
 
 
 def test_what_is_coloured_is_whitened():
     rng = np.random.default_rng(1)
-    left = lfilter([1.0], [1.0, -0.6], rng.standard_normal((9000, J)), axis=0)
+    left = lfilter([1.0], [1.0, -0.6], rng.standard_normal((10000, J)), axis=0)
     colour = heard(left)
     np.testing.assert_allclose(colour.ar[:, 0], 0.6, atol=0.06)
     white = [
-        left[k] - np.einsum("jk,kj->j", colour.ar, left[k - 8 : k][::-1]) for k in range(8, 9000)
+        left[k] - np.einsum("jk,kj->j", colour.ar, left[k - 8 : k][::-1]) for k in range(8, 10000)
     ]
     white = np.array(white)
     alike = np.mean(white[1:] * white[:-1], axis=0) / np.mean(white**2, axis=0)

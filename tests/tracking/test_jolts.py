@@ -66,6 +66,17 @@ def test_friction_that_grows_by_half_at_once_is_followed(mode):
 
 
 @pytest.mark.parametrize(
+    ("joint", "name", "seed", "onset"), [(1, "shoulder_lift", 1, 5.0), (4, "wrist_2", 0, 7.0)]
+)
+def test_friction_that_grows_while_noise_is_quickly_learnt_is_no_noise(joint, name, seed, onset):
+    """A run's first seconds tell most of its noise; what a drive then leaves is not of it."""
+    fault = f"friction_increase:joint={joint},onset={onset},rate=0.3,viscous=0.3,shape=step"
+    found = followed(EKF(), fault, seed=seed)
+    assert {joint for _, joint in found.jolted} == {joint} and not found.widened
+    assert found.change[f"{name}_joint.coulomb"] == pytest.approx(1.3, abs=0.1)
+
+
+@pytest.mark.parametrize(
     ("joint", "name", "seed"),
     [pytest.param(0, "shoulder_pan", 0, marks=pytest.mark.slow), (3, "wrist_1", 1)],
 )

@@ -44,7 +44,9 @@ TOLD = 0.02  # [-] of the variance: a smaller share of slow noise on the first d
 LEARN = 60.0  # [s] over which noise is averaged
 CLIP = 3.0  # [sd] beyond which a residual counts as that large: an event, not noise
 KEPT = 0.995  # [-] share of Gaussian noise's variance that clipping leaves
-PAUSE, PAUSE_TIME = 25.0, 0.25  # samples, and at high rates [s], between looks at the colour
+# Samples, and at high rates [s], between looks at the colour. What a change of the arm leaves
+# counts as noise at the second look only: until then the change can be found.
+PAUSE, PAUSE_TIME = 25.0, 5.0
 # [sd] of chance correlation at the lag FAR, below which nothing counts as slow, unless slow noise
 # was found on the first day.
 CHANCE = 2.5
@@ -63,6 +65,7 @@ class Colour:
     past: Array  # (p, J, w + 1) packed inputs and current [A], newest first; NaN: no current
     left: Array  # (L, J) [A] residuals without the model's slow part, newest first
     alike: Array  # (p + 3, J) [A²] mean product of residuals 0 .. p samples, FAR, around FAR apart
+    settled: Array  # the same at the last look: what the noise is told from at the next
     count: Array  # (p + 3, J) samples behind each, the first day's included
     known: Mask  # (J,) whether something was slow on the first day
     sample: float  # number of samples, with a current or without
@@ -89,10 +92,12 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     sd = np.sqrt(np.maximum(quick[0] - np.einsum("jk,kj->j", ar, quick[1:]), TINY**2))
     count = np.full((ORDER + 3, J), TRUST)
     count[-2:] += np.where(told, SLOW_TRUST / period, 0.0)
+    alike = np.concatenate([quick, np.zeros((2, J))]) + slow * _passing(period)
     return Colour(
         past=np.full((ORDER, J, width + 1), np.nan),
         left=np.full((_around(period).stop, J), np.nan),
-        alike=np.concatenate([quick, np.zeros((2, J))]) + slow * _passing(period),
+        alike=alike,
+        settled=alike,
         count=count,
         known=told,
         sample=0.0,
@@ -229,19 +234,21 @@ def doubting(colour: Colour, doubted: Array, sure: Mask, period: float) -> Colou
 
 def _looked_at(colour: Colour, period: float) -> Colour:
     """The colour with whitening filter and slow noise re-estimated from the averages."""
-    p, power = ORDER, colour.alike[0]
+    p, alike = ORDER, colour.settled
+    power = alike[0]
     count, far = np.minimum(colour.count[-1], LEARN / period), _slowly(colour)
     chance = np.where(colour.known, 0.0, CHANCE * power / np.sqrt(count))
     passing = _passing(period)
     told = np.where(far > chance, far / passing[-1], 0.0)
     slow = np.minimum(told, 0.5 * power)
-    fast = colour.alike[:-2] - slow * passing[:-2]
+    fast = alike[:-2] - slow * passing[:-2]
     T = _neighbours(fast) + WHITE * power[:, None, None] * np.eye(p)
     ar = _predictor(T, fast[1:].T, WHITE * power)
     left = fast[0] + np.vecdot(ar, (T @ ar[..., None])[..., 0] - 2.0 * fast[1:].T)
     left = np.maximum(left - colour.modelled, NOISE * left)
     scale = np.sqrt(np.maximum(left, LEAST * power))
-    return changed(colour, ar=ar, scale=scale, slow=np.fmax(np.sqrt(slow), SLOWEST * scale))
+    slow = np.fmax(np.sqrt(slow), SLOWEST * scale)
+    return changed(colour, ar=ar, scale=scale, slow=slow, settled=colour.alike)
 
 
 def _inverse(T: Array, least: Array) -> Array:
@@ -258,7 +265,7 @@ def _inverse(T: Array, least: Array) -> Array:
 
 def _slowly(colour: Colour) -> Array:
     """Mean product [A²] of residuals FAR apart, (J,), without that of swings."""
-    far, around = colour.alike[-2:]
+    far, around = colour.settled[-2:]
     return np.asarray(np.where(around < SWINGS * far, around, far))
 
 
