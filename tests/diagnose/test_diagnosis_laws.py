@@ -238,7 +238,7 @@ def test_an_expert_adds_a_kind_without_touching_the_code(shop: Shop, tmp_path: P
         ("ur3e", 4.0, "", 0.2),  # whatever is added
         ("ur3e", 1.0, "[rated]\nur3e = 2.5\n", 1.5),
         ("ur3e", 1.0, "[kind.payload_change]\ncritical = 8.0\n", 8.0),
-        ("one_of_a_kind", 1.0, "", np.inf),
+        ("one_of_a_kind", 1.0, "", 4.0),  # a UR5e by its dimensions
     ],
 )
 def test_a_load_is_critical_beyond_what_the_arm_is_rated_for_or_as_a_plant_says(

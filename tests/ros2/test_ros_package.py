@@ -20,9 +20,8 @@ import yaml
 from urdyn.io.bags.joints import JOINTS
 from urdyn.io.ros2.listen import Understanding
 from urdyn.io.ros2.talk import TOPICS
-from urdyn.simulate import virtual_arm
 from urdyn.tracking import announce
-from urdyn.tracking.physical import JOINT, PAYLOAD
+from urdyn.tracking.physical import FRICTION, JOINT, PAYLOAD
 
 HERE = Path(__file__).parents[2] / "ros2" / "urdyn_ros"
 
@@ -112,17 +111,16 @@ def test_two_arms_on_a_topic_end_the_node_in_a_line(node_alone, monkeypatch):
 
 @pytest.mark.parametrize(("carried", "asked"), [(-0.04, 0.0), (2.0, 2.0)])
 def test_the_node_diagnoses_and_asks_for_what_a_controller_takes(
-    node_alone, ur5e, monkeypatch, carried, asked
+    node_alone, identified, monkeypatch, carried, asked
 ):
     """What follows its arm is a stand-in; who is told of it is the node's own."""
     monkeypatch.setattr(announce, "PULSE", 0.01)
     monkeypatch.setattr(node_alone, "PARAMETERS", node_alone.PARAMETERS | {"twin": __file__})
     for name in ("hearing", "Tracker", "Onlooker"):
         monkeypatch.setattr(node_alone, name, MagicMock())
-    fit = SimpleNamespace(dynamics=virtual_arm(ur5e, 0))
-    monkeypatch.setattr(node_alone.ud.Twin, "load", lambda _: SimpleNamespace(fit=fit))
+    monkeypatch.setattr(node_alone.ud.Twin, "load", lambda _: SimpleNamespace(fit=identified))
     node = node_alone.TwinNode()
-    joints = [f"{joint}.{name}" for joint in JOINTS for name, _ in JOINT.values()]
+    joints = [f"{joint}.{name}" for joint in JOINTS for name, _ in (*JOINT.values(), FRICTION)]
     moments = dict.fromkeys(joints, 1.0) | dict.fromkeys((f"payload.{p}" for p in PAYLOAD), 0.1)
     moments["payload.mass"] = carried
     mean, nothing = np.array([*moments.values()]), np.zeros(6)
