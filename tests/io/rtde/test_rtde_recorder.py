@@ -35,6 +35,7 @@ from urdyn.types import Log
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
 NAMES = ("actual_q", "target_q", "actual_current", "joint_temperatures", "output_int_register_12")
+ROWS = pa.record_batch({"timestamp": pa.array([1.0, 2.0]), "actual_q_0": pa.array([0.1, 0.2])})
 
 
 def torn(log: Log) -> int:
@@ -167,10 +168,9 @@ def test_a_rate_that_cannot_be_had_is_not_written_down(start: Start, tmp_path: P
 
 def test_two_recorders_of_one_file_are_one_too_many(tmp_path: Path) -> None:
     first, other = Journal(tmp_path / "a.csv"), Journal(tmp_path / "a.csv")
-    row = pa.record_batch({"timestamp": pa.array([1.0, 2.0]), "actual_q_0": pa.array([0.1, 0.2])})
-    first.write(row)
+    first.write(ROWS)
     with pytest.raises(InputError, match=r"a\.csv: another urdyn is writing there"):
-        other.write(row)
+        other.write(ROWS)
     first.finish({})
     assert read(tmp_path / "a.csv").t.tolist() == [1.0, 2.0]
 
@@ -186,14 +186,20 @@ def test_what_was_recorded_is_not_overwritten(tmp_path: Path) -> None:
     assert begun == [0.0, 1.0, 2.0]
 
 
+def begun(path: Path) -> Journal:
+    """A journal with two rows in it."""
+    journal = Journal(path)
+    journal.write(ROWS)
+    return journal
+
+
 def test_a_full_disk_leaves_every_row_that_was_written(tmp_path: Path) -> None:
     """Half a frame would hide all before it."""
-    journal, path = Journal(tmp_path / "a.csv.zst"), tmp_path / "a.csv.zst"
-    row = pa.record_batch({"timestamp": pa.array([1.0, 2.0]), "actual_q_0": pa.array([0.1, 0.2])})
-    journal.write(row)
+    path = tmp_path / "a.csv.zst"
+    journal = begun(path)
     told = r"written: File too large; what is in it is whole$"
     with room_for(path.stat().st_size + 3), pytest.raises(InputError, match=told):
-        journal.write(row)
+        journal.write(ROWS)
     journal.finish({})
     assert read(path).t.tolist() == [1.0, 2.0]
 
@@ -202,9 +208,8 @@ def test_a_full_disk_leaves_every_row_that_was_written(tmp_path: Path) -> None:
 def test_a_disk_that_is_full_at_the_end_leaves_a_recording_and_says_so(
     tmp_path: Path, suffix: str
 ) -> None:
-    journal, path = Journal(tmp_path / f"a{suffix}"), tmp_path / f"a{suffix}"
-    row = pa.record_batch({"timestamp": pa.array([1.0, 2.0]), "actual_q_0": pa.array([0.1, 0.2])})
-    journal.write(row)
+    path = tmp_path / f"a{suffix}"
+    journal = begun(path)
     told = rf"a{suffix}: holds the recording as CSV .* for {suffix} cannot be written: File too la"
     with room_for(path.stat().st_size), pytest.raises(InputError, match=told):
         journal.finish({})
@@ -216,13 +221,12 @@ def test_a_disk_that_is_full_before_the_end_is_told_and_not_by_the_end(
     tmp_path: Path, suffix: str
 ) -> None:
     """A recording that broke off is not one of which only the form failed."""
-    journal, path = Journal(tmp_path / f"a{suffix}"), tmp_path / f"a{suffix}"
-    row = pa.record_batch({"timestamp": pa.array([1.0, 2.0]), "actual_q_0": pa.array([0.1, 0.2])})
-    journal.write(row)
+    path = tmp_path / f"a{suffix}"
+    journal = begun(path)
     told = "written: File too large; what is in it is whole, as CSV in zstd, which `urdyn` reads"
     with room_for(path.stat().st_size), pytest.raises(InputError, match=told):
         try:
-            journal.write(row)
+            journal.write(ROWS)
         finally:
             journal.finish({})
     assert read(path).t.tolist() == [1.0, 2.0]
