@@ -284,7 +284,7 @@ def test_a_sound_arm_is_told_how_long_it_lasts(history):
 
 def test_losses_of_the_stream_are_shown(history):
     told = part(page(history), "Data quality")
-    for words in ("3 x torn row (left out)", "longest step 130 ms", ">12\n<", "0.10 %"):
+    for words in ("3 x torn row (left out)", "longest step 0.13 s", ">12\n<", "0.10 %"):
         assert words in told
     # 1 of 5500 compared rows is far off, and a Gaussian has as good as none
     assert "1 row<" in told

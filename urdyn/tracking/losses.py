@@ -21,6 +21,7 @@ class Losses:
 
     silent: Array  # (J,) samples without a current, of an arm that moves itself
     gaps: int = 0  # steps longer than GAP periods
+    gaps_s: float = 0.0  # [s] that these took
     missing: int = 0  # samples lost in these
     longest: float = 0.0  # [s] longest time between samples
     repeated: int = 0  # repeated stamps
@@ -61,6 +62,7 @@ def counted(
     return Losses(
         silent=so_far.silent + (np.isnan(sample.current) & (not sample.undriven)),
         gaps=so_far.gaps + gap,
+        gaps_s=so_far.gaps_s + (dt if gap else 0.0),
         missing=so_far.missing + (round(dt / period) - 1 if gap else 0),
         longest=max(so_far.longest, dt) if dt > 0.0 else so_far.longest,
         repeated=so_far.repeated + (dt == 0.0),

@@ -220,7 +220,7 @@ class _Run(Generic[S]):
             robot=arm.name,
             samples=at.index,
             lost=at.losses.lost if self.source.live else None,
-            data_s=float(np.nan_to_num(at.last - at.began)),
+            data_s=float(np.nan_to_num(at.last - at.began)) - at.losses.gaps_s,
             wall_s=time.perf_counter() - begin,
             rate_hz=work.count / work.total if work.count else 0.0,
             latency_ms=pace.summary(),

@@ -25,7 +25,7 @@ class Summary:
     robot: str
     samples: int
     lost: int | None  # samples that a live source did not send, over the run; None: recorded
-    data_s: float  # from the first stamp to the last
+    data_s: float  # from the first stamp to the last, without gaps
     wall_s: float
     rate_hz: float  # samples per second of computing
     latency_ms: Mapping[str, float]

@@ -43,7 +43,8 @@ def quality(history: History, summary: Mapping[str, Any]) -> Html:
 
 
 def _stream(summary: Mapping[str, Any], lacked: Mapping[str, Any]) -> list[list[Html]]:
-    longest = f"longest step {number(1e3 * lacked['longest_step_s'], 3)} ms"
+    step = lacked["longest_step_s"]
+    longest = f"longest step {clock(step)(step)}"
     counts = {
         "samples": (summary["samples"], clock(summary["data_s"])(summary["data_s"])),
         "gaps": (lacked["gaps"], f"of more than five periods; {longest}"),
