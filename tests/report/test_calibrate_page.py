@@ -20,7 +20,7 @@ from urdyn.model.geometry.turns import rotation_vector
 from urdyn.report.calibrate.page import calibrate_page, evaluate_page
 from urdyn.report.calibrate.space import space_section
 from urdyn.report.calibrate.summary import calibrated, evaluated
-from urdyn.report.calibrate.words import deviation
+from urdyn.report.calibrate.words import deviation, label
 from urdyn.report.markup import document
 from urdyn.types import Defect, Source
 
@@ -92,3 +92,7 @@ def test_a_score_has_a_page_too(found: Calibration, ur5e: Arm, tmp_path) -> None
 def test_no_digit_is_finer_than_anybody_can_use() -> None:
     assert deviation(1.23456789e-4, 1e-9) == "0.1235"
     assert deviation(-1.23456789e-4, 1e-5) == "−0.123 ± 0.016"
+
+
+def test_what_is_told_of_a_joint_is_told_by_its_whole_name() -> None:
+    assert label("elbow.1_joint.alpha") == "elbow.1 · alpha"

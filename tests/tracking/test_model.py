@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from urdyn.estimate import EKF, UKF
 from urdyn.model.friction import WORKING_SPEED
 from urdyn.signal import Instant
 from urdyn.tracking import Drift, tracking_model
+from urdyn.tracking.announce import by_part
 from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.commissioned import gains_of, given, taken_for_known
 from urdyn.tracking.model import ANYTHING, DAY, GAIN_SD, PAYLOAD_SD, SKEW_SD, by_taken
@@ -129,6 +131,26 @@ def test_links_are_as_sure_on_the_first_day_as_their_fit(workshop, model):
     left = given(fit.belief.cov, at, taken_for_known(fit)).diagonal()
     share = 1.0 - left / fit.belief.cov[at, at]
     np.testing.assert_allclose(of.taken["m"], spread / mass * np.sqrt(share), rtol=1e-6)
+
+
+def test_a_joints_name_changes_no_number(workshop, model):
+    """Though a URDF's names may have dots, as a parameter's has before its quantity."""
+
+    def dotted(names):
+        return tuple(name.replace("_joint", ".joint") for name in names)
+
+    fit, arm = workshop.fit, workshop.fit.dynamics.arm
+    dynamics = replace(fit.dynamics, arm=replace(arm, joint_names=dotted(arm.joint_names)))
+    other = replace(fit, names=dotted(fit.names), dynamics=dynamics)
+    renamed, told = tracking_model(other), []
+    np.testing.assert_array_equal(renamed.prior.cov, model.prior.cov)
+    for one, tracked in ((fit, model), (other, renamed)):
+        of = quantities(one, tracked.observation)
+        mean, sd = of.of(tracked.prior)
+        now = SimpleNamespace(names=of.names, units=of.units, mean=mean, sd=sd)
+        parts, _, _ = by_part(now, one.dynamics.arm.joint_names)
+        told.append([*parts.values()])
+    assert told[0] == told[1]
 
 
 def test_weights_are_told_by_the_gain_that_is_known_best(workshop, model):

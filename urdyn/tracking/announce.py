@@ -148,7 +148,7 @@ def by_part(
         progress.names, progress.units, progress.mean.tolist(), progress.sd.tolist(), strict=True
     )
     for name, unit, value, spread in rows:
-        part, _, quantity = name.partition(".")
+        part, _, quantity = name.rpartition(".")
         if part in mean:
             mean[part][quantity], sd[part][quantity], units[quantity] = value, spread, unit
     return mean, sd, units

@@ -75,7 +75,7 @@ def scale_of(fit: Fit) -> list[int]:
 def taken_for_known(fit: Fit) -> list[int]:
     """Indices of what a tracker assumes to be known: gains, and the shape of friction."""
     joints, followed = fit.dynamics.arm.joint_names, TRACKED.values()
-    parts = [name.partition(".") for name in fit.names]
+    parts = [name.rpartition(".") for name in fit.names]
     return [k for k, (j, _, what) in enumerate(parts) if j in joints and what not in followed]
 
 

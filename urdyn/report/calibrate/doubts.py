@@ -9,8 +9,8 @@ import numpy as np
 import plotly.graph_objects as go
 
 from urdyn.identify.kinematics import Calibration
-from urdyn.report.calibrate.parameters import label
 from urdyn.report.calibrate.space import COLOURS, models_key
+from urdyn.report.calibrate.words import label
 from urdyn.report.canvas import figure
 from urdyn.report.digits import fixed, number, percent
 from urdyn.report.markup import Html, paragraph, plot, section, table, tag, text
@@ -69,7 +69,7 @@ def _open(c: Calibration) -> Html:
 
 def _remedy(partners: tuple[tuple[str, float], ...]) -> str:
     """What would separate a coordinate from its partners."""
-    same = {name.split(".")[0] for name, r in partners if abs(r) > SAME}
+    same = {name.rpartition(".")[0] for name, r in partners if abs(r) > SAME}
     frames = sorted(same.intersection(FRAMES))
     if frames:
         return f"no pose does: know the {' and the '.join(frames)} by other means"

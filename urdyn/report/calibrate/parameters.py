@@ -6,11 +6,10 @@ import numpy as np
 import plotly.graph_objects as go
 
 from urdyn.identify.kinematics import Calibration
-from urdyn.report.calibrate.words import deviation
+from urdyn.report.calibrate.words import deviation, label
 from urdyn.report.canvas import MEASURED, OURS, figure
 from urdyn.report.digits import percent
 from urdyn.report.markup import Html, cell, grid, plot, section, table, tag, text
-from urdyn.report.names import spoken
 from urdyn.types import NORMAL90
 
 
@@ -30,12 +29,6 @@ def parameters_section(c: Calibration) -> Html:
         ),
         tag("details", tag("summary", text("The same in numbers")), _numbers(c)),
     )
-
-
-def label(name: str) -> str:
-    """A coordinate's spoken name: "elbow · a"."""
-    joint, _, kind = name.partition(".")
-    return f"{spoken(joint)} · {kind}"
 
 
 def _drawn(c: Calibration, units: tuple[str, ...], unit: str) -> go.Figure:

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from urdyn.identify.kinematics import Calibration
 from urdyn.model.geometry.hayati import KINDS
-from urdyn.report.calibrate.words import answer, deviation, tool, trust
+from urdyn.report.calibrate.words import answer, deviation, label, tool, trust
 from urdyn.report.digits import percent
 from urdyn.report.names import maker, spoken
 from urdyn.report.terminal import terminal_table
@@ -46,8 +46,7 @@ def calibrate_words(c: Calibration, summary: Mapping[str, Any]) -> list[str]:
     """The answer in sentences."""
     words = [answer(summary), trust(summary), tool(summary)]
     words += [
-        f"{spoken(w.name.split('.')[0])} {w.name.split('.')[1]} is open ({percent(w.left)} of what "
-        f"it was before){_partners(w.partners)}"
+        f"{label(w.name)} is open ({percent(w.left)} of what it was before){_partners(w.partners)}"
         for w in c.weak
     ]
     return words

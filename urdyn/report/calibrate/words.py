@@ -8,6 +8,7 @@ from typing import Any
 from urdyn.identify.kinematics import Evaluation
 from urdyn.report.calibrate.summary import scores
 from urdyn.report.digits import interval90, number
+from urdyn.report.names import spoken
 from urdyn.types import NORMAL90
 
 MODELS = {
@@ -19,6 +20,12 @@ MODELS = {
 }
 FINE = 1e-3  # [mm] below which a length is nothing
 FINEST = 1e-4  # [mm, mrad] half width below which an interval counts as exact
+
+
+def label(name: str) -> str:
+    """A coordinate's spoken name: "elbow · a"."""
+    joint, _, kind = name.rpartition(".")
+    return f"{spoken(joint)} · {kind}"
 
 
 def millimetres(value: float) -> str:
