@@ -11,7 +11,10 @@ import threading
 import time
 import urllib.request
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
@@ -173,6 +176,25 @@ def test_a_broker_that_goes_away_is_told_nothing_old_and_ends_no_run(
         listening.tell(snapshot(5.0), STATUSES)
     assert said == []
     listening.close()
+
+
+def test_a_joint_is_one_level_of_a_topic_whatever_its_name():
+    """And its arm's findings are told before the joints."""
+    from urdyn.io.plants.mqtt import Broker
+
+    said: list[str] = []
+    client = SimpleNamespace(
+        is_connected=lambda: True, publish=lambda topic, *_, **__: said.append(topic)
+    )
+    names = ("elbow#1", "a+b", "a/b", "a%2Fb", "plain_joint")
+    values = {part: {"coulomb": 1.0} for part in (*names, "payload")}
+    Broker(client, "r").tell(replace(snapshot(), joints=names, mean=values, sd=values), STATUSES)
+    first, *joints, last = said
+    assert (first, last) == ("urdyn/r/status", "urdyn/r/payload")
+    assert not any(sign in topic for topic in said for sign in "#+")
+    levels = [topic.split("/") for topic in joints]
+    assert [unquote(level) for *_, level in levels] == [*names]
+    assert {len(level) for level in levels} == {4} and levels[-1][-1] == "plain_joint"
 
 
 @pytest.mark.parametrize("robot", ["cell#2", "a+b", "hall/3", "nul\0"])

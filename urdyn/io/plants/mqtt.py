@@ -1,8 +1,8 @@
 """Retained JSON on an MQTT broker, at least once: urdyn/SERIAL/joint/NAME, .../payload, .../status.
 
 A lost broker is reconnected to; a later subscriber gets the newest state at once. When we go, the
-broker publishes urdyn/SERIAL/online: false. URDYN_MQTT_USER and URDYN_MQTT_PASSWORD hold our
-credentials; port 8883 uses TLS.
+broker publishes urdyn/SERIAL/online: false. In NAME, `#`, `+`, `/` and `%` are percent-encoded.
+URDYN_MQTT_USER and URDYN_MQTT_PASSWORD hold our credentials; port 8883 uses TLS.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ USER, PASSWORD = "URDYN_MQTT_USER", "URDYN_MQTT_PASSWORD"  # environment variabl
 STRANGER = (134, 135)  # MQTT reason codes: bad user name or password, not authorized
 AT_LEAST_ONCE = 1
 RESERVED = "#+/\0"  # characters that a level of a topic cannot have
+ENCODED = {ord(sign): f"%{ord(sign):02X}" for sign in (*RESERVED, "%")}
 PATIENCE = 10.0  # [s] for a broker's first answer
 WAIT = 2.0  # [s] for the last messages to arrive
 
@@ -39,17 +40,17 @@ class Broker:
     robot: str
 
     def tell(self, now: Snapshot, statuses: Sequence[Status]) -> None:
-        """Publish every joint, the payload and the statuses; nothing while the broker is away.
+        """Publish the statuses, every joint and the payload; nothing while the broker is away.
 
         The client would queue them all, and send the broker the past before the present.
         """
         if not self.client.is_connected():
             return
-        for part in (*now.joints, "payload"):
-            where = "payload" if part == "payload" else f"joint/{part}"
-            self.publish(where, _part(now, part))
         lines = {s.name.removeprefix("urdyn: "): [s.level.name, s.message] for s in statuses}
         self.publish("status", {"stamp_s": now.stamp / 1e9, "parts": lines})
+        for joint in now.joints:
+            self.publish(f"joint/{joint.translate(ENCODED)}", _part(now, joint))
+        self.publish("payload", _part(now, "payload"))
 
     def close(self) -> None:
         """Publish that we go, if the broker is there, and go."""
