@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import errno
 import io
+import os
+import secrets
+import stat
 from pathlib import Path
 
 import numpy as np
@@ -104,6 +107,39 @@ def test_a_write_that_fails_leaves_the_old_file_and_nothing_beside_it(tmp_path: 
         raise RuntimeError
     assert path.read_text() == "whole\n"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_of_two_who_write_a_file_at_once_the_last_to_end_has_it(tmp_path: Path) -> None:
+    path = tmp_path / "twin.toml"
+    with writing(path) as one, writing(path) as other:
+        one.write(b"one")
+        other.write(b"other")
+    assert path.read_text() == "one" and list(tmp_path.iterdir()) == [path]
+
+
+def test_nothing_is_written_through_a_link_in_a_parts_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever foretells the name cannot make us overwrite what is ours alone to write."""
+    (victim := tmp_path / "victim").write_text("precious")
+    monkeypatch.setattr(secrets, "token_hex", lambda _: str(os.getpid()))
+    (tmp_path / f".out.csv.{os.getpid()}.part").symlink_to(victim)
+    with pytest.raises(InputError, match="File exists"):
+        write_text(tmp_path / "out.csv", "text")
+    assert victim.read_text() == "precious"
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o444])
+def test_a_file_that_is_written_anew_is_readable_by_the_same_people(
+    mode: int, tmp_path: Path
+) -> None:
+    write_text(path := tmp_path / "twin.toml", "old")
+    path.chmod(mode)
+    with writing(path) as stream:
+        stream.write(b"new")
+        (part,) = tmp_path.glob(".twin.toml.*.part")
+        assert stat.S_IMODE(part.stat().st_mode) == mode
+    assert path.read_text() == "new" and stat.S_IMODE(path.stat().st_mode) == mode
 
 
 @pytest.mark.parametrize("large", ["twin.toml", "report.html"])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import os
+import secrets
+import shutil
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
@@ -34,11 +36,13 @@ def writing(path: str | Path) -> Iterator[BinaryIO]:
     target = Path(path).resolve()  # a link stays, its target is replaced
     if target.exists() and not target.is_file():
         raise InputError(f"{path}: cannot be written: not a regular file")
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
     try:
-        with part.open("wb") as stream:
+        with part.open("xb") as stream:  # ours alone: no other writer's, and through no link
+            with suppress(FileNotFoundError):
+                shutil.copymode(target, part)  # who may read the old file may read the new one
             yield stream
-        with part.open("rb+") as stream:  # reopened, for some compressors close what they are given
+        with part.open("rb") as stream:  # reopened, for some compressors close what they are given
             os.fsync(stream.fileno())
         part.replace(target)
     except OSError as error:
