@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import urdyn as ud
+from urdyn import errors
 from urdyn.dbn import AffineObservation, Joined, RandomWalk, Tick
 from urdyn.errors import InputError
 from urdyn.estimate import Kalman, Track, track
@@ -96,6 +97,20 @@ def test_a_copy_in_another_process_is_the_same_and_as_read_only() -> None:
             had, has = ([*leaves(of)] for of in (value, copied))
             np.testing.assert_equal(has, had)
             assert not any(x.flags.writeable for x in has if isinstance(x, np.ndarray))
+
+
+def test_an_error_in_another_process_says_the_same_and_carries_its_evidence() -> None:
+    tree = {kind for kind in vars(errors).values() if inspect.isclass(kind) and kind is not Path}
+    told: dict[type, tuple[object, ...]] = dict.fromkeys(tree, ("what to do",)) | {
+        errors.LogError: ("torn", "a.csv", 3, "actual_q_0"),
+        errors.RtdeError: ("silent", "robot:30004"),
+        errors.UnsafeMotionError: ("a post", "reach", 1.5),
+        errors.MissingExtraError: ("ros2", "mcap"),
+    }
+    for kind, evidence in told.items():
+        error = kind(*evidence)
+        sent = pickle.loads(pickle.dumps(error))
+        assert (type(sent), str(sent), vars(sent)) == (kind, str(error), vars(error))
 
 
 @pytest.mark.parametrize("verb", [ud.diagnose, ud.identify, ud.simulate])

@@ -9,7 +9,7 @@ UrdynError                  everything that the caller can mend; the command lin
 │   └── UnsafeMotionError   a motion that cannot be proven safe: carries what, kind, when
 ├── IdentifiabilityError    the data do not determine what was asked
 ├── RtdeError               a controller or client is unreachable or breaks RTDE: carries address
-└── MissingExtraError       an optional dependency is not installed: carries extra
+└── MissingExtraError       an optional dependency is not installed: carries extra, package
 """
 
 from __future__ import annotations
@@ -81,7 +81,11 @@ class MissingExtraError(UrdynError):
     """An optional dependency is not installed."""
 
     def __init__(self, extra: str, package: str) -> None:
-        super().__init__(
-            f"{package} is not installed; in urdyn's folder: pip install -e '.[{extra}]'"
+        super().__init__(extra, package)  # unformatted, so that it can be pickled
+        self.extra, self.package = extra, package
+
+    def __str__(self) -> str:
+        return (
+            f"{self.package} is not installed; in urdyn's clone: pip install -e '.[{self.extra}]'; "
+            f"from its wheel: pip install 'WHEEL[{self.extra}]'"
         )
-        self.extra = extra
