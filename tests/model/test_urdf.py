@@ -190,6 +190,13 @@ def test_the_base_keeps_what_it_had(arm: Arm) -> None:
     assert mass is not None and float(mass.get("value", "0")) in (2.0, 4.0)
 
 
+@pytest.mark.timeout(20)  # with a search that begins anew at every tag it takes an hour
+def test_a_file_of_tags_without_end_is_refused_as_soon_as_it_is_read(tmp_path: Path) -> None:
+    (path := tmp_path / "arm.urdf").write_text("<mesh " * 170_000)
+    with pytest.raises(ArmError, match="is not XML"):
+        load_arm(path)
+
+
 def test_provenance_heads_the_file_whatever_it_says(tooled: Arm) -> None:
     text = describe(tooled, tooled.inertials, "fit of <monday--run>.csv --- sha 12ab\0 -->-")
     head = text.splitlines()[1]

@@ -35,7 +35,7 @@ NEEDED = {
 }
 FIRST = "shoulder_pan_joint"  # by UR's naming
 # What stands before a mesh's name that is relative: no path from /, no package:// and no file://.
-RELATIVE = re.compile(r"""<mesh\s[^>]*?\bfilename\s*=\s*["'](?!/|\w+://)""")
+RELATIVE = re.compile(r"""<mesh\s[^<>]*?\bfilename\s*=\s*["'](?!/|\w+://)""")
 
 
 @dataclass(frozen=True, eq=False)
