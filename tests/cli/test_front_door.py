@@ -71,6 +71,7 @@ def test_every_verb_has_help_with_an_example(verb: str) -> None:
         (MemoryError(), 1, "urdyn: not enough memory; ask for less, of a log with --rows\n"),
         (PermissionError(13, "Permission denied", "/x"), 1, "urdyn: /x: Permission denied\n"),
         (ud.UrdynError("two\nlines"), 1, "urdyn: two lines\n"),
+        (ud.UrdynError("a\x1b]0;b\x07.csv"), 1, "urdyn: a\ufffd]0;b\ufffd.csv\n"),
     ],
 )
 def test_a_failure_is_one_line(

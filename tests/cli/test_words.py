@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import sys
+import unicodedata
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 from story import Story, urdyn
 from typer.testing import CliRunner
 
 from urdyn.cli.app import app, flowing
+from urdyn.cli.voice import Printable, Voice
 from urdyn.io.motion_files import motion_csv
 from urdyn.model.arm import Arm
+from urdyn.report.terminal import terminal_table
 from urdyn.simulate import fourier
 
 MIXED = [
@@ -58,6 +63,19 @@ def test_a_switch_takes_no_value_in_the_help(verb: str) -> None:
 def test_an_example_in_the_help_is_whole_at_80_columns(verb: str) -> None:
     told = CliRunner().invoke(app, [verb, "--help"], env={"COLUMNS": "80"}).stdout
     assert f"urdyn {verb}" in told and "…" not in told
+
+
+@pytest.mark.parametrize("hostile", ["\x1b]0;title\x1b\\", "\x1b[8m", "\x9b2J", "\b", "\r"])
+def test_no_name_in_a_file_acts_on_a_terminal(
+    hostile: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    named = f"an {hostile}elbow"
+    tabled = terminal_table(named, [named], [[named]])
+    Voice().show(named, tabled)
+    Console(file=sys.stdout, force_terminal=True, color_system=None).print(Printable(tabled))
+    said = capsys.readouterr().out
+    assert said.count("elbow") == 7
+    assert not [sign for sign in said if unicodedata.category(sign) == "Cc" and sign != "\n"]
 
 
 @pytest.mark.parametrize("encoding", ["ascii", pytest.param("latin-1", marks=pytest.mark.slow)])

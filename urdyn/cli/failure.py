@@ -10,6 +10,7 @@ from typing import ParamSpec
 
 import typer
 
+from urdyn.cli.legible import printable
 from urdyn.errors import UrdynError
 
 DEBUG = "URDYN_DEBUG"  # environment variable: show tracebacks
@@ -31,7 +32,7 @@ def guarded(verb: Callable[P, None]) -> Callable[P, None]:
             if os.environ.get(DEBUG):
                 traceback.print_exc()
             sentence, status = explain(error)
-            typer.echo(f"urdyn: {' '.join(sentence.split())}", err=True)
+            typer.echo(f"urdyn: {printable(' '.join(sentence.split()))}", err=True)
             raise typer.Exit(status) from None
 
     return run

@@ -1,4 +1,4 @@
-"""Words for a terminal whose encoding lacks some of our characters."""
+"""Words for a terminal: none acts on it, and none needs a sign that its encoding lacks."""
 
 from __future__ import annotations
 
@@ -10,6 +10,14 @@ WAY = "urdyn.legible"  # of encoding, by name
 SIGNS = str.maketrans(
     {"±": "+/-", "→": "->", "…": "...", "−": "-", "–": "-", "’": "'", "‘": "'", "·": "*", "²": "^2"}
 )
+
+# C0 and C1, which names in files may have: escape sequences set a terminal's title or hide lines.
+CONTROLS = dict.fromkeys({*range(0x20), *range(0x7F, 0xA0)} - {*b"\t\n"}, "\ufffd")
+
+
+def printable(text: str) -> str:
+    """Text with U+FFFD in place of each control character."""
+    return text.translate(CONTROLS)
 
 
 def legible(*streams: TextIO) -> None:

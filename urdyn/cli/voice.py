@@ -9,11 +9,13 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from typing import Any, TextIO
 
-from rich.console import Console, RenderableType
+from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
+from rich.segment import Segment
 from rich.text import Text
 
+from urdyn.cli.legible import printable
 from urdyn.cli.now_and_then import lines
 from urdyn.progress import Progress, silent
 
@@ -23,6 +25,18 @@ PLAIN_WIDTH = 120  # columns of text outside a terminal
 def complaints(path: object, defects: Iterable[object]) -> list[str]:
     """A file's defects, in a line each."""
     return [f"{path}: {defect}" for defect in defects]
+
+
+@dataclass(frozen=True)
+class Printable:
+    """A renderable in whose text nothing acts on the terminal, wherever its words are from."""
+
+    thing: RenderableType
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """What rich styles and moves by itself stays."""
+        for piece in console.render(self.thing, options):
+            yield piece if piece.control else Segment(printable(piece.text), piece.style)
 
 
 @dataclass(frozen=True)
@@ -83,7 +97,7 @@ class Voice:
                 words = Text(thing) if isinstance(thing, str) else thing
                 console = _on(stream)
                 with console.capture() as said:
-                    console.print(words, soft_wrap=isinstance(thing, str))
+                    console.print(Printable(words), soft_wrap=isinstance(thing, str))
                 stream.write(said.get())  # above a table that is kept up to date, if there is one
 
 

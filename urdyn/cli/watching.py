@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from urdyn.cli.voice import Printable
 from urdyn.io.run_folder import MISSES
 from urdyn.report.digits import interval90, number
 from urdyn.report.names import spoken
@@ -67,7 +68,7 @@ def watching(joints: Sequence[str], quiet: bool) -> Iterator[Watch | None]:
         def watch(glance: RunProgress) -> None:
             nonlocal shown
             if time.monotonic() - shown > PAUSE:
-                live.update(table(glance, joints), refresh=True)
+                live.update(Printable(table(glance, joints)), refresh=True)
                 shown = time.monotonic()
 
         yield watch
