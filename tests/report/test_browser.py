@@ -12,7 +12,7 @@ from browser import Browser
 from tracked import JOINTS, START, columns, diagnosed, growing, summary, write
 
 from urdyn.report.canvas import JOINTS as JOINT_COLOURS
-from urdyn.report.canvas import figure, line
+from urdyn.report.canvas import figure, line, rule
 from urdyn.report.identify.page import identify_page
 from urdyn.report.markup import document, plot
 from urdyn.report.track.history import History
@@ -120,6 +120,23 @@ def test_what_a_pointer_meets_can_be_read(chromium, tmp_path):
     told = json.loads(met)
     assert len({ground for _, ground in told}) == 1 + len(JOINT_COLOURS)
     assert min(contrast(*pair) for pair in told) > 3.0
+
+
+def test_a_name_in_a_plot_reads_as_it_is_written_and_links_nowhere(chromium, tmp_path):
+    name = '<a href="https://there.example">R&D</a> <b>&lt;elbow'
+    drawn = figure([line([0, 1], [name, "wrist"], name, "#000")], "", "", shapes=[rule(0.5)])
+    drawn.update_shapes(label={"text": name})
+    drawn.update_traces(hoverlabel={"namelength": -1})
+    (page := tmp_path / "page.html").write_text(document("", plot(drawn, "")))
+    chromium.open(page)
+    chromium.evaluate(
+        """Plotly.Fx.hover(document.querySelector(".plot"), [{ curveNumber: 0, pointNumber: 0 }])"""
+    )
+    words = ".ytick text, .hovertext text, .shape-group text"
+    read = f"JSON.stringify([...document.querySelectorAll('{words}')].map((e) => e.textContent))"
+    told = json.loads(chromium.evaluate(read))
+    assert len([words for words in told if name in words]) >= 3 and "wrist" in told
+    assert chromium.evaluate("document.querySelectorAll('.plot a, .plot tspan[style]').length") == 0
 
 
 def test_the_levels_of_a_forecast_are_named_in_the_plot(chromium, tracked):

@@ -5,8 +5,15 @@ const plots = [...document.querySelectorAll(".plot")];
 const waiting = [...plots];
 const options = { responsive: true, displayModeBar: false };
 
+// Plotly takes words for markup, links included. A line's end and a box without a title are ours;
+// all else is a name as a file has it.
+const plain = (_, value) =>
+  typeof value === "string"
+    ? value.replaceAll("&", "&amp;").replace(/<(?!br>|\/?extra>)/g, "&lt;")
+    : value;
+
 const draw = (plot) => {
-  const { data, layout } = JSON.parse(plot.nextElementSibling.textContent);
+  const { data, layout } = JSON.parse(plot.nextElementSibling.textContent, plain);
   Plotly.newPlot(plot, data, layout, options);
 };
 
