@@ -8,6 +8,7 @@ from story import without_pages
 from typer.testing import CliRunner
 
 from urdyn.cli.app import app
+from urdyn.version import __version__
 
 
 def run(*arguments):
@@ -32,6 +33,7 @@ def test_a_tracked_folder_is_on_the_page_and_in_the_json(tracked, tmp_path):
     assert document["unread"] == [{"folder": str(tmp_path / "absent"), "reason": "does not exist"}]
     assert "not read" in told.stderr and "counted from the first stamp of each run" in told.stderr
     assert page.read_text().count("<svg") == 12
+    assert document["urdyn"] == __version__ and f">urdyn {__version__}<" in page.read_text()
 
 
 def test_a_folder_is_shown_by_its_own_name(tracked, tmp_path):

@@ -13,6 +13,7 @@ from urdyn.io import read, write
 from urdyn.model.arm import load_arm
 from urdyn.model.consistency import is_consistent
 from urdyn.simulate import Payload, perfect_sensors, simulate, virtual_arm, write_truth
+from urdyn.version import __version__
 
 LOAD = Payload(2.805, np.array([0.0, 0.02, 0.06]))
 
@@ -78,6 +79,7 @@ def test_the_truth_is_written_as_json_and_as_toml(tmp_path, arm, payload):
         write_truth(tmp_path / name, truth)
     assert json.loads((tmp_path / "t.json").read_text()) == truth
     told = {name: value for name, value in truth.items() if value is not None}
+    assert told["urdyn"] == __version__
     assert tomllib.loads((tmp_path / "t.toml").read_text()) == told
 
 

@@ -13,7 +13,6 @@ from urdyn.cli.fresh import fresh
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.report.terminal import terminal_table
-from urdyn.version import __version__
 
 GIGABYTE = 1e9
 
@@ -50,7 +49,7 @@ def bench_identify(quick: Quick = False, json: Json = False, quiet: Quiet = Fals
             progress(case.name, k / len(cases))
             figures.append(_measure(case))
     voice.show(_table(figures))
-    voice.result({"urdyn": __version__, "cases": figures})
+    voice.result({"cases": figures})
 
 
 def _measure(case: Case) -> dict[str, Any]:

@@ -79,7 +79,6 @@ def bench_excite(
     voice.show(_table(ours, cases, wall))
     voice.result(
         {
-            "urdyn": ud.__version__,
             "wall_s": wall,
             "wall_target_s": AT_MOST,
             "log_det": ours.log_det,

@@ -16,7 +16,6 @@ from urdyn.cli.voice import Voice
 from urdyn.report.bench.shares import share_of
 from urdyn.report.digits import number
 from urdyn.report.terminal import terminal_table
-from urdyn.version import __version__
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -86,7 +85,7 @@ def bench_faults(
     if out is not None:
         _draw(out, found, paper)
         voice.note(f"written: {out}")
-    voice.result({"urdyn": __version__, "runs": runs, "seed": seed} | _document(found, paper))
+    voice.result({"runs": runs, "seed": seed} | _document(found, paper))
 
 
 def _paper() -> Paper:

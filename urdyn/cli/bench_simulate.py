@@ -30,7 +30,7 @@ def bench_simulate(json: Json = False, quiet: Quiet = False) -> None:
     with voice.progress("simulating"), threadpool_limits(1):
         paces = list(_paces())
     voice.show(_table(paces))
-    voice.result({"urdyn": ud.__version__, "cases": paces})
+    voice.result({"cases": paces})
 
 
 def _paces() -> Iterator[dict[str, Any]]:

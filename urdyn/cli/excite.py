@@ -129,7 +129,7 @@ def _every(folder: Path, wanted: Callable[[Arm], Ask], processes: int, voice: Vo
         write_folder(folder / name, {"excitation.toml": dump_toml(excitation_document(found))})
         voice.show(f"{folder / name / 'excitation.toml'}: {safety(found)}")
         values[name] = found.value
-    voice.result({"urdyn": ud.__version__, "values": values})
+    voice.result({"values": values})
 
 
 def _arm(robot: str | None, fit: ud.Fit | None) -> Arm:

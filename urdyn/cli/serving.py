@@ -49,7 +49,7 @@ def serve_logs(
             f"{rate:g} Hz; Ctrl-C ends it"
         )
         where = {"robot": arm.name, "host": host, "port": server.port, "rate_hz": rate}
-        voice.result({"urdyn": ud.__version__, **about, **where})
+        voice.result({**about, **where})
         while not ended.is_set() and not server.join(LOOK):
             pass
         voice.note("ended")

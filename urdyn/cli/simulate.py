@@ -258,7 +258,6 @@ def _summary(log: ud.Log, out: Path, truth: dict[str, Any]) -> dict[str, Any]:
     from urdyn.io import sha256
 
     return {
-        "urdyn": ud.__version__,
         "path": str(out),
         "sha256": sha256(out),
         "n": len(log),

@@ -18,6 +18,7 @@ from rich.text import Text
 from urdyn.cli.legible import printable
 from urdyn.cli.now_and_then import lines
 from urdyn.progress import Progress, silent
+from urdyn.version import __version__
 
 PLAIN_WIDTH = 120  # columns of text outside a terminal
 
@@ -62,10 +63,11 @@ class Voice:
             self.show(*doubts)
 
     def result(self, document: Mapping[str, Any]) -> None:
-        """Results for programs: the one JSON object."""
+        """Results for programs: the one JSON object, with the version that made them."""
         if self.json:
+            made = {"urdyn": __version__, **document}
             with _standard_output():
-                sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
+                sys.stdout.write(json.dumps(made, indent=2, allow_nan=False) + "\n")
 
     def data(self, text: str) -> None:
         """A file for a pipe: on standard output, with nothing else there."""

@@ -22,6 +22,7 @@ from urdyn.simulate.schedule import Event
 from urdyn.simulate.sensors import Sensors
 from urdyn.simulate.unfolding import unfolding, varying
 from urdyn.types import Array, Log
+from urdyn.version import __version__
 
 
 def truth(
@@ -34,6 +35,7 @@ def truth(
     """
     arm, drive = dynamics.arm, dynamics.drive
     first_day = {
+        "urdyn": __version__,
         "robot": arm.name,
         "seed": seed,
         "drive_gain": drive.gain.tolist(),

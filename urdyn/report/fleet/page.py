@@ -23,6 +23,7 @@ from urdyn.report.track.headline import tied
 from urdyn.report.track.history import Series
 from urdyn.report.track.trace import UNSETTLED
 from urdyn.report.track.verdict import as_commissioned, verdict
+from urdyn.version import __version__
 
 FLOOR = {"friction": (-0.1, 0.2), "health": (-0.1, 0.02)}  # [-] least range of a scale
 CEILING = {"friction": (-0.6, 1.5), "health": (-0.6, 0.1)}  # [-] largest range
@@ -64,6 +65,7 @@ def fleet_page(fleet: Fleet, out: Path) -> str:
         paragraph(tied(_lead(scales)), "lead"),
         *(_row(robot, scales, out) for robot in fleet.robots),
         *([_unread(fleet.unread)] if fleet.unread else []),
+        paragraph(f"urdyn {__version__}", "note"),
     )
 
 
