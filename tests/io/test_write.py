@@ -7,6 +7,7 @@ import io
 import os
 import secrets
 import stat
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -169,6 +170,13 @@ def test_what_went_wrong_first_is_what_is_told(
 def test_what_cannot_be_written_is_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be written"):
         write_text(tmp_path / name, "text")
+
+
+def test_a_name_that_no_file_can_have_is_refused(log: Log) -> None:
+    for name in ("a\0b.csv", "a\0b.db3", "a\0b"):
+        for use in (read, sha256, partial(write, log), partial(write_text, text="text")):
+            with pytest.raises(InputError, match=r"'a\\x00b.*no file can be called so"):
+                use(name)
 
 
 def test_a_hash_of_nothing_is_refused(tmp_path: Path) -> None:

@@ -17,10 +17,17 @@ from urdyn.errors import InputError
 LOOK = 0.01  # [s] between two checks whether a folder is free
 
 
+def place(path: str | Path) -> Path:
+    """Where a file is or is to be; InputError where no file can have such a name."""
+    if "\0" in str(path):
+        raise InputError(f"{str(path)!r}: no file can be called so")
+    return Path(path)
+
+
 def sha256(path: str | Path) -> str:
     """Hexadecimal SHA-256 of a file; of a folder, that of its files' hashes in order of name."""
     try:
-        if (folder := Path(path)).is_dir():
+        if (folder := place(path)).is_dir():
             files = sorted(child for child in folder.iterdir() if child.is_file())
             lines = "".join(f"{file.name} {sha256(file)}\n" for file in files)
             return hashlib.sha256(lines.encode(errors="surrogateescape")).hexdigest()
@@ -33,7 +40,7 @@ def sha256(path: str | Path) -> str:
 @contextmanager
 def writing(path: str | Path) -> Iterator[BinaryIO]:
     """Binary stream whose bytes become `path` at the end of the block, all of them or none."""
-    target = Path(path).resolve()  # a link stays, its target is replaced
+    target = place(path).resolve()  # a link stays, its target is replaced
     if target.exists() and not target.is_file():
         raise InputError(f"{path}: cannot be written: not a regular file")
     part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")

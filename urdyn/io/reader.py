@@ -18,7 +18,7 @@ from urdyn.io.blocks import blocks
 from urdyn.io.compression import TORN, HashedFile, Unpacked, decompressed
 from urdyn.io.dialect import Dialect, sniff
 from urdyn.io.effort import UNTOLD, Effort
-from urdyn.io.files import sha256
+from urdyn.io.files import place, sha256
 from urdyn.io.mend import mend
 from urdyn.io.names import CLOCKS, SIX_WIDE, layout, listed, some
 from urdyn.io.parse import parse
@@ -79,7 +79,7 @@ def read_table(
     """The numbers in `path`, not mended: for poses, which no clock orders."""
     bounds = _bounds(rows, str(path))
     try:
-        if bags.is_bag(Path(path)):
+        if bags.is_bag(place(path)):
             return _bag(Path(path), columns, rows, channels)
         with Path(path).open("rb") as stream:
             is_parquet = stream.read(len(parquet.MAGIC)) == parquet.MAGIC

@@ -16,7 +16,7 @@ from urdyn.errors import InputError
 from urdyn.io.bags.outgoing import told
 from urdyn.io.bags.write import write_db3, write_mcap
 from urdyn.io.compression import WRITERS
-from urdyn.io.files import writing
+from urdyn.io.files import place, writing
 from urdyn.io.names import spread
 from urdyn.types import Array, Log
 from urdyn.version import __version__
@@ -33,7 +33,7 @@ def write(log: Log, path: str | Path) -> None:
     like any recording: fewer than two rows are no log, values at a repeated stamp are
     left out, an infinite one is NaN, and a lone `x_0` is the channel `x`.
     """
-    form, packed = _form(Path(path))
+    form, packed = _form(place(path))
     if form in (".db3", ""):
         write_db3(told(_stretches(log)), Path(path))
         return
