@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from urdyn.errors import IdentifiabilityError
+from urdyn.errors import IdentifiabilityError, InputError
 from urdyn.identify import Fit, Score, batch, identify, validate
 from urdyn.identify.another_load import another_load
 from urdyn.identify.scoring import amiss_in
@@ -146,6 +146,11 @@ def test_an_arm_that_stands_is_no_motion_whatever_its_encoders_say(
         channels["actual_qd"] = rng.normal(0.0, velocities, still.shape)
     with pytest.raises(IdentifiabilityError, match="no joint moves far enough"):
         identify(ur5e, condition(Log(log.t, channels)))
+
+
+def test_no_motion_at_all_is_told_as_such(ur5e: Arm) -> None:
+    with pytest.raises(InputError, match="no motion to identify from"):
+        identify(ur5e)
 
 
 def test_currents_that_are_all_zero_are_refused(ur5e: Arm, log: Log) -> None:
