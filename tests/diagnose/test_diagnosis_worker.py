@@ -11,12 +11,14 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from found import FOUND
 from shop import Shop
 from test_diagnosis_resumed import looking_on, readings
 
 from urdyn.cli.diagnosing import summed
+from urdyn.diagnose import onlooker
 from urdyn.diagnose.document import ORIGIN
 from urdyn.diagnose.job import Job, job_of
 from urdyn.diagnose.onlooker import Onlooker
@@ -177,6 +179,37 @@ def test_what_cannot_be_read_there_is_one_line_here(begun, tmp_path: Path) -> No
     begun.keep(5)
     with pytest.raises(InputError, match="is no JSON"):
         begun.kept(wait=True)
+
+
+class Stopped:
+    """A diagnosis that takes nothing until it has caught up; one that is waited for never does."""
+
+    def __init__(self):
+        self.waiting, self.failed, self.stamps = 0, None, []
+
+    def send(self, frame):
+        (rows,) = Frames().take(frame)
+        self.stamps.append(rows.ravel()[0])
+        self.waiting += len(frame)
+
+    def exchange(self, patience=0.0):
+        assert patience == 0.0, "a sample waits"
+        return []
+
+
+def test_a_robot_does_not_wait_for_a_diagnosis_that_has_one_gap_instead(shop, monkeypatch) -> None:
+    monkeypatch.setattr(onlooker, "WAITING", 10_000)  # [bytes]
+    monkeypatch.setattr(onlooker, "BATCH", 0.01)  # [s] one by one
+    warned: list[str] = []
+    looking, none = overheard(shop, live=True, warn=warned.append), np.full(6, np.nan)
+    looking._helper = there = Stopped()
+    for k in range(400):
+        there.waiting = {250: 1, 300: 0}.get(k, there.waiting)
+        looking.miss(float(k), np.ones(6, dtype=bool), none)
+    early = [t for t in there.stamps if t < 300]
+    assert early == [*range(len(early))] and 10 < len(early) < 50
+    assert there.stamps[len(early)] == 300.0 and warned[:1] == [onlooker.BEHIND]
+    assert len(warned) == 2  # once each time
 
 
 def test_a_memory_of_another_run_is_refused_at_once(shop: Shop, begun, tmp_path: Path) -> None:

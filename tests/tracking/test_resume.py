@@ -202,6 +202,42 @@ def test_a_live_run_goes_on_with_the_period_that_it_began_with(workshop, tmp_pat
     assert_same(whole, parted)
 
 
+class Slow:
+    """An observer that takes 45 samples to keep anything, unless it is waited for."""
+
+    findings, doubt = (), ""
+
+    def __init__(self):
+        self.samples, self.asked, self.waited = 0, [], []
+        self.begin = self.note = self.close = self.forget = lambda *of: None
+        self.finish = dict
+
+    def take(self, *reading):
+        self.samples += 1
+
+    miss = take
+
+    def keep(self, index):
+        self.asked.append(index)
+
+    def kept(self, wait):
+        if wait:
+            self.waited.append(self.samples)
+        return wait or self.samples > 45
+
+
+def test_a_robot_does_not_wait_for_the_observer_but_its_next_checkpoint_does(
+    workshop, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(import_module("urdyn.tracking.run"), "PART", 0.2)  # [s] 20 samples
+    arrivals, slow = (Arrival(s, s.t) for s in samples(workshop.log.slice(0, 60))), Slow()
+    workshop.track(
+        tmp_path, replace(workshop.source, live=True, start=lambda _: arrivals), observer=slow
+    )
+    first, second, *_ = slow.asked
+    assert set(slow.waited) <= {60} and first == 20 and second > 45
+
+
 def test_a_checkpoint_that_does_not_say_whose_it_is_is_refused(workshop, dead):
     with np.load(dead / FILE) as archive:
         about, numbers = json.loads(str(archive["about"])), archive["numbers"]

@@ -76,7 +76,7 @@ def onlooker(
         voice.note(f"doubt: {doubt}")
 
     origin = {"source": source.name, "source.sha256": source.sha256}
-    return Onlooker(fit, source.period, rules, origin, tell, helper, retract, warn)
+    return Onlooker(fit, source.period, rules, origin, tell, helper, retract, warn, source.live)
 
 
 def undiagnosed(out: Path) -> None:

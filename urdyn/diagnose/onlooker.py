@@ -23,7 +23,11 @@ if TYPE_CHECKING:
     from urdyn.tracking import Reading
 
 BATCH = 0.05  # [s] of instants sent at once
-WAITING = 1 << 21  # [bytes] most that wait to be diagnosed: ten seconds of 500 Hz
+WAITING = 1 << 24  # [bytes] most that wait to be diagnosed: a minute of 500 Hz
+BEHIND = (
+    "the diagnosis is far behind and leaves out what comes until it has caught up; it needs more "
+    "of this computer, or fewer samples by --rate"
+)
 
 Tell = Callable[[Mapping[str, Any]], None]
 
@@ -55,16 +59,22 @@ class Onlooker:
         helper: Helper | None = None,
         retract: Tell | None = None,
         warn: Callable[[str], None] | None = None,
+        live: bool = False,
     ) -> None:
-        """`helper` is what `begin_diagnosis` returned for this fit, if begun ahead."""
+        """`helper` is what `begin_diagnosis` returned for this fit, if begun ahead.
+
+        Args:
+            live: never wait for the diagnosis: where it is far behind, it has a gap.
+        """
         self.fit, self.period, self.rules, self.source = fit, period, rules, source
-        self.tell, self.retract, self.warn = tell, retract, warn
+        self.tell, self.retract, self.warn, self.live = tell, retract, warn, live
         self.findings: tuple[Mapping[str, Any], ...] = ()
         self.doubt = ""
         self._folder, self._rows = Path(), list[Array]()
         self._batch = max(1, round(BATCH / period))
         self._helper = helper
         self._begun, self._finished = False, None
+        self._behind = False  # and leaves out what comes
         self._keeping = self._kept = -1  # samples
         self._noted = {"restarts": 0, "load_as_set": False}
 
@@ -109,7 +119,7 @@ class Onlooker:
 
     def kept(self, wait: bool) -> bool:
         """Whether the last sample to be kept is on disk."""
-        while wait and self._kept != self._keeping:
+        while self._kept != self._keeping and (wait or self._there.failed):
             self._listen()
         return self._kept == self._keeping
 
@@ -143,14 +153,21 @@ class Onlooker:
             self._pass_on()
 
     def _pass_on(self) -> None:
-        """Send the waiting rows, without blocking unless the diagnosis is far behind."""
+        """Send the waiting rows.
+
+        Where the diagnosis is far behind, a recording waits for it. Of a robot all is left out
+        until it has caught up: one gap, as if the robot had been away, instead of many.
+        """
         there = self._there
-        if self._rows:
-            there.send(numbers_frame(np.array(self._rows)))
-            self._rows = []
         self._hear(there.exchange())
-        while there.waiting > WAITING and not there.failed:
+        while not self.live and there.waiting > WAITING and not there.failed:
             self._hear(there.exchange(None))
+        before, self._behind = self._behind, there.waiting > (0 if self._behind else WAITING)
+        if self.warn and self._behind and not before:
+            self.warn(BEHIND)
+        if self._rows and not self._behind:
+            there.send(numbers_frame(np.array(self._rows)))
+        self._rows = []
 
     def _listen(self) -> None:
         self._hear(self._there.listen())

@@ -74,13 +74,13 @@ class Helper:
         """End it and wait for that; what it has not taken yet is not done."""
         self._end()
 
-    def listen(self) -> list[Words | Array]:
-        """Wait for the next frames; raises where no more will come."""
+    def listen(self, patience: float | None = None) -> list[Words | Array]:
+        """The next frames, within `patience` [s]; raises where no more will come."""
         if self.failed:
             raise self.failed
         if not self._end.alive:
             raise UrdynError(f"{self._name} was let go of; {self._advice}")
-        return self.exchange(None)
+        return self.exchange(patience)
 
     def ask(self, *frames: bytes) -> Words | Array:
         """Send, and wait for the answer, of a helper that answers every message once."""

@@ -26,7 +26,8 @@ def begin_scribe() -> Helper:
 class Keeper(Generic[S]):
     """Has things written in the order that a killed run needs: rows, observer, checkpoint.
 
-    The writing happens in another process, so that the tracking process needs no Arrow.
+    The writing happens in another process, so that the tracking process needs no Arrow. While that
+    process waits for a slow disk, rows wait in this one's memory: some 50 MB an hour.
     """
 
     def __init__(
@@ -56,13 +57,18 @@ class Keeper(Generic[S]):
         self._scribe.await_ready()
         self._scribe.send(words_frame(task))
 
+    @property
+    def settled(self) -> bool:
+        """Whether all that was asked for is on disk, so that `keep` will not wait."""
+        return self._asked is None and self._kept == self._keeping
+
     def take(self, row: Array) -> None:
         """Add one row to the history."""
         self._scribe.send(numbers_frame(row))
         self._fresh = True
 
     def keep(self, at: Checkpoint[S]) -> Checkpoint[S]:
-        """Keep the run as it is now; it will be on disk a little later."""
+        """Keep the run as it is now, once settled; it will be on disk a little later."""
         self.settle()
         if self._fresh:
             self._scribe.send(words_frame({"cut": at.parts}))
@@ -74,7 +80,10 @@ class Keeper(Generic[S]):
         return at
 
     def go_on(self, wait: bool = False) -> None:
-        """Have the checkpoint that was asked for written, once the observer has kept its own."""
+        """Have the checkpoint that was asked for written, once the observer has kept its own.
+
+        Raises where either cannot be.
+        """
         if self._asked and (not self._observer or self._observer.kept(wait)):
             layout, numbers = checkpoint.flattened(self._asked)
             self._keeping = self._asked.index
@@ -82,7 +91,7 @@ class Keeper(Generic[S]):
             self._scribe.send(words_frame(words), numbers_frame(numbers))
             self._asked = None
         elif self._kept != self._keeping or self._scribe.waiting:
-            self._hear(self._scribe.exchange())
+            self._hear(self._scribe.listen(0.0))
 
     def settle(self) -> None:
         """Wait until all that was asked for is on disk; raises where it cannot be."""

@@ -193,6 +193,7 @@ class _Run(Generic[S]):
         newest: RunProgress | None = None
         part = max(1 if self.source.live else AGAIN, round(PART / self.source.period))
         arm = self.tracker.fit.dynamics.arm
+        due = False
         came = arrivals(self.source, at.index, at.last, at.ahead)
         for arrival in of_this_arm(arm, came, self.source.name) if self.source.live else came:
             started = time.perf_counter()
@@ -205,9 +206,11 @@ class _Run(Generic[S]):
             if reading is not None:
                 newest = self._show(at, reading, work, begun)
                 at = self._gathered(at, reading)
-            if at.index % part == 0:
+            due = due or at.index % part == 0
+            # A robot does not wait for the disk or the observer: its next checkpoint does.
+            if due and (self.keeper.settled or not self.source.live):
                 self._note(at)
-                at = self.keeper.keep(at)
+                at, due = self.keeper.keep(at), False
             self.keeper.go_on()
         self._note(at)
         self._show_ended(newest)  # the arm is not stale while its run ends

@@ -171,7 +171,7 @@ def follow(node: TwinNode) -> None:
         )
         tracker = Tracker(fit, UKF(), source.period, velocities=source.velocities)
         origin = {"source": source.name, "source.sha256": source.sha256}
-        diagnosis = Onlooker(fit, source.period, read_rules(), origin)
+        diagnosis = Onlooker(fit, source.period, read_rules(), origin, live=True)
         out = Path(node.asked("out"))
         run(tracker, source, out, sha256(twin), watch=announcer.watch, observer=diagnosis)
     finally:
