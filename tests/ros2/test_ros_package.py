@@ -127,6 +127,7 @@ def test_the_node_diagnoses_and_asks_for_what_a_controller_takes(
     reading = SimpleNamespace(modelled=nothing, predicted=nothing, current=nothing)
     now = SimpleNamespace(
         row=True, last=1.0, samples=1, findings=(), doubt="", ended=False, reading=reading,
+        delay=0.0, behind="",
         names=[*moments], units=["-"] * len(mean), mean=mean, sd=np.full(len(mean), 0.05),
     )  # fmt: skip
     before = node.services["~/set_payload"]()

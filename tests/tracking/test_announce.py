@@ -15,9 +15,11 @@ from urdyn.io.ros2.compose import Types
 from urdyn.io.ros2.talk import Voice, acknowledged, seen
 from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Level, Status, of_finding
-from urdyn.tracking import announce, open_source
+from urdyn.signal import samples
+from urdyn.tracking import Arrival, announce, open_source
 from urdyn.tracking.announce import Announcer, Audience, by_part
 from urdyn.tracking.health import FRICTION, HEALTH, doubted, stale, statuses
+from urdyn.tracking.source import now
 
 JOINTS = ("shoulder_pan_joint", "elbow_joint")
 FINDING = {
@@ -209,6 +211,23 @@ def silent_before(source, sample, seconds):
             yield arrival
 
     return replace(source, start=start)
+
+
+def test_a_run_that_is_behind_its_robot_says_so_until_it_ends(workshop, tmp_path, monkeypatch):
+    monkeypatch.setattr(announce, "PULSE", 0.05)
+    scraped = []
+    plant = SimpleNamespace(tell=lambda now, lines: scraped.append((now.delay, lines[-1])))
+    announcer = Announcer(workshop.fit, Audience(plants=[plant]), "20235")
+    late = (Arrival(sample, now() - 5.0) for sample in samples(workshop.log.slice(0, 60)))
+    robot = replace(workshop.source, live=True, start=lambda _: late)
+    try:
+        workshop.track(tmp_path, silent_before(robot, 50, 0.3), watch=announcer.watch)
+    finally:
+        announcer.close()
+    delay, arm = scraped[0]
+    assert 5.0 <= delay < 6.0 and arm.level == Level.WARN
+    assert arm.message == f"behind by {delay:.1f} s; as commissioned"
+    assert scraped[-1][1].message == "as commissioned"
 
 
 def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):

@@ -222,11 +222,14 @@ def test_a_run_that_goes_on_says_of_the_setting_what_it_would_have(tmp_path):
     assert whole["off_kg"] is not None
 
 
-def test_who_watches_is_shown_the_setting():
+def test_who_watches_is_shown_the_setting_and_how_late_that_is():
     console = Console(width=200)
     with console.capture() as heard:
-        console.print(table(half_a_kilogram(True)[1], load_arm("ur10e").joint_names))
+        for delay in (0.9, 2.34):
+            glance = replace(half_a_kilogram(True)[1], delay=delay, ended=False)
+            console.print(table(glance, load_arm("ur10e").joint_names))
     assert "the controller is set to 0.50 kg" in heard.get()
+    assert heard.get().count("behind by") == heard.get().count("behind by 2.3 s") == 1
 
 
 @pytest.mark.parametrize(

@@ -20,14 +20,13 @@ from urdyn.report.setting import set_to
 from urdyn.report.terminal import terminal_table
 from urdyn.tracking import RunProgress
 from urdyn.tracking.physical import weighed
-from urdyn.tracking.progress import Watch
+from urdyn.tracking.progress import LATE, Watch
 from urdyn.tracking.setting import compared
 
 JOINT = ("coulomb", "viscous", "health")
 PAUSE = 0.25  # [s] between two updates
 LISTED = 6  # changes of the payload that a sentence has room for
 QUICKNESS = "quick enough for {:.0f} Hz"  # a rate that no stream need have
-BEHIND = 1000.0  # [ms] of latency, above which results are too late
 ASTRAY = (
     "begun anew {} times, for no arm's drives are as these currents say: is it this arm's twin, "
     "are the currents in amperes, is every sensor sound, and was it moved by hand?"
@@ -83,7 +82,8 @@ def table(glance: RunProgress, joints: Sequence[str]) -> Table:
     known = weighed(glance.reading.belief, glance.quantities.currents)
     setting = compared(glance.setting, mass, sd, glance.quantities.whole, known)
     carried = f"{_carried(mass, sd, known)}{_set(setting)}"
-    caption = f"{carried}; {glance.t:.1f} s{done}; {QUICKNESS.format(glance.rate)}; ± holds 90 %"
+    told_so = filter(None, (QUICKNESS.format(glance.rate), glance.behind))
+    caption = f"{carried}; {glance.t:.1f} s{done}; {', '.join(told_so)}; ± holds 90 %"
     heads = (f"{name} [{told[f'{joints[0]}.{name}'][2]}]" for name in JOINT)
     cells = (
         (spoken(joint), *(interval90(*told[f"{joint}.{name}"][:2]) for name in JOINT))
@@ -110,7 +110,7 @@ def verdict(summary: dict[str, Any]) -> str:
         + ("\n" + LOST.format(lost["since"], " and ".join(lost["joints"])) if lost else "")
         + ("\n" + SPARSE.format(**sparse) if sparse else "")
         + ("\n" + QUICK.format(summary["mode"]) if summary["mode"] != "full" else "")
-        + (f"\n{_why_late(summary)}" if latency["p99"] > BEHIND else "")
+        + (f"\n{_why_late(summary)}" if latency["p99"] > 1e3 * LATE else "")
         + ("\n" + ASTRAY.format(astray) if astray else "")
         + (f"\n{MISSING.format(number(surprise))}" if surprise > MISSES and not astray else "")
     )

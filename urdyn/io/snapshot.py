@@ -23,3 +23,4 @@ class Snapshot:
     residual: Array  # (J,) [N·m] measured less predicted
     com: Array  # (3,) [m] of the payload, at the flange; NaN: it weighs nothing
     scales: Array  # (2, J) [-] viscous and Coulomb friction relative to commissioning
+    delay: float = 0.0  # [s] from that sample's arrival to its processing; 0: recorded

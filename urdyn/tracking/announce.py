@@ -17,7 +17,7 @@ from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Status
 from urdyn.model.body import centre_of_mass
 from urdyn.model.friction import WORKING_SPEED
-from urdyn.tracking.health import STALE, doubted, stale, statuses
+from urdyn.tracking.health import STALE, doubted, late, stale, statuses
 from urdyn.tracking.physical import PAYLOAD
 from urdyn.tracking.progress import RunProgress
 from urdyn.types import Array
@@ -47,7 +47,7 @@ class Announcer:
     def __init__(self, fit: Fit, audience: Audience, serial: str) -> None:
         self._fit, self._audience, self._serial = fit, audience, serial
         self._friction = fit.friction(WORKING_SPEED).mean
-        self._newest: tuple[float, RunProgress, Snapshot] | None = None  # arrival [s] monotonic
+        self._newest: tuple[float, RunProgress, Snapshot] | None = None  # since [s] monotonic
         # (J,) [N·m/A] of drives, at their estimated health
         self._torque_per_ampere = fit.dynamics.drive.gain
         self._known: dict[str, Seen] = {}  # acknowledged findings, by the lines' names
@@ -84,6 +84,7 @@ class Announcer:
             robot=self._serial or arm.name,
             stamp=round(progress.last * 1e9),
             samples=progress.samples,
+            delay=progress.delay,
             joints=joints,
             mean=mean,
             sd=sd,
@@ -106,7 +107,7 @@ class Announcer:
             found = statuses(snapshot, self._friction, progress.findings, self._serial)
             self._told(self._hear, snapshot, found)
             age = 0.0 if progress.ended else time.monotonic() - came
-            lines = self._lines(found, progress.doubt, age)
+            lines = self._lines(found, progress, age)
             for tell in listeners:
                 self._told(tell, snapshot, lines)
 
@@ -128,8 +129,11 @@ class Announcer:
         else:
             self._failed.discard(tell)
 
-    def _lines(self, found: Sequence[Status], doubt: str, age: float) -> tuple[Status, ...]:
-        told = doubted(acknowledged(found, self._known), doubt)
+    def _lines(
+        self, found: Sequence[Status], progress: RunProgress, age: float
+    ) -> tuple[Status, ...]:
+        told = doubted(acknowledged(found, self._known), progress.doubt)
+        told = late(told, progress.behind)
         return (*(stale(found, age) if age > STALE else told), *self._audience.remarks())
 
 

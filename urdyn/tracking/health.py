@@ -52,6 +52,15 @@ def doubted(lines: Sequence[Status], doubt: str) -> Sequence[Status]:
     return (*parts, replace(arm, message=f"{doubt}; {arm.message}"))
 
 
+def late(lines: Sequence[Status], behind: str) -> Sequence[Status]:
+    """The lines, the last of which, the arm's, warns that they are `behind` the robot."""
+    *parts, arm = lines
+    if not behind:
+        return lines
+    told = f"{behind}; {arm.message}"
+    return (*parts, replace(arm, level=max(arm.level, Level.WARN), message=told))
+
+
 def stale(lines: Sequence[Status], age: float) -> tuple[Status, ...]:
     """The lines when nothing has come for `age` [s]."""
     told = f"no sample for {age:.1f} s"

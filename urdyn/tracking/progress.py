@@ -12,6 +12,8 @@ from urdyn.tracking.reading import Reading
 from urdyn.tracking.setting import Setting
 from urdyn.types import Array
 
+LATE = 1.0  # [s] of delay, above which results are too late
+
 
 @dataclass(frozen=True)
 class RunProgress:
@@ -28,7 +30,13 @@ class RunProgress:
     doubt: str = ""  # about all of these, so far
     row: bool = True  # whether it is a row of the history, for which all quantities are computed
     setting: Setting = field(default_factory=Setting)  # of the controller
+    delay: float = 0.0  # [s] of the newest sample, from its arrival to now; 0: recorded
     ended: bool = False  # nothing more will come: the newest, repeated with all findings
+
+    @property
+    def behind(self) -> str:
+        """By how much the run is behind its robot, in words; "" where that is little, or over."""
+        return f"behind by {self.delay:.1f} s" if self.delay > LATE and not self.ended else ""
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -202,9 +202,10 @@ class _Run(Generic[S]):
             before = arrival
             done = time.perf_counter() - started
             work.take(done)
-            pace.take(now() - arrival.received if self.source.live else done)
+            delay = now() - arrival.received if self.source.live else 0.0
+            pace.take(delay if self.source.live else done)
             if reading is not None:
-                newest = self._show(at, reading, work, begun)
+                newest = self._show(at, reading, delay, work, begun)
                 at = self._gathered(at, reading)
             due = due or at.index % part == 0
             # A robot does not wait for the disk or the observer: its next checkpoint does.
@@ -279,7 +280,9 @@ class _Run(Generic[S]):
         stamped -= arrival.ahead - before.ahead
         return max(0, round(float(elapsed(stamped, waited)) / self.source.period) - 1)
 
-    def _show(self, at: Checkpoint[S], reading: Reading, work: Latency, begun: int) -> RunProgress:
+    def _show(
+        self, at: Checkpoint[S], reading: Reading, delay: float, work: Latency, begun: int
+    ) -> RunProgress:
         """Inform the watcher; every k-th sample, and a new payload, also give a row of history."""
         due = at.index % spacing(self.source.period) == 0 or reading.widened
         progress = RunProgress(
@@ -292,6 +295,7 @@ class _Run(Generic[S]):
             quantities=self.quantities,
             row=due,
             setting=at.setting,
+            delay=delay,
             **self._found(),
         )
         if self.watch:

@@ -47,6 +47,7 @@ def snapshot(coulomb: float = 3.0) -> Snapshot:
         np.array([0.1, np.nan]),
         np.array([0, 0, 0.08]),
         np.ones((2, 2)),
+        delay=0.5,
     )
 
 
@@ -90,6 +91,7 @@ def test_prometheus_scrapes_base_units(free_port):
     assert f"urdyn_joint_friction_newton_metres{{{joint}}} 6.0" in lines
     assert f"urdyn_joint_friction_newton_metres_sd{{{joint}}} 0.5" in lines
     assert f"urdyn_joint_health_ratio{{{joint}}} 6.0" in lines
+    assert 'urdyn_delay_seconds{robot="20235"} 0.5' in lines
     assert 'urdyn_payload_mass_kilograms{robot="20235"} 1.25' in lines
     assert 'urdyn_status{part="elbow_joint",robot="20235"} 1.0' in lines
 

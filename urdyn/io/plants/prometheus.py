@@ -48,6 +48,7 @@ class Endpoint:
         self._mass = gauge("payload_mass_kilograms", "payload")
         self._mass_sd = gauge("payload_mass_kilograms_sd", "standard deviation of the payload")
         self._samples = gauge("samples", "samples taken in")
+        self._delay = gauge("delay_seconds", "from the newest sample's arrival to its processing")
         self._server, self._thread = start_http_server(port, host, registry=registry)
 
     def tell(self, now: Snapshot, statuses: Sequence[Status]) -> None:
@@ -62,6 +63,7 @@ class Endpoint:
         self._mass.labels(now.robot).set(now.mean["payload"]["mass"])
         self._mass_sd.labels(now.robot).set(now.sd["payload"]["mass"])
         self._samples.labels(now.robot).set(now.samples)
+        self._delay.labels(now.robot).set(now.delay)
 
     def close(self) -> None:
         """Stop serving."""
