@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import urdyn as ud
 from urdyn.cli.app import app
-from urdyn.io import sha256
+from urdyn.io import alone, sha256
 
 
 def tracked(*arguments):
@@ -126,6 +126,14 @@ def test_a_broken_checkpoint_is_told_in_one_line(story, twin, tmp_path):
     told = tracked(twin, story.held_out, "--out", tmp_path)
     assert told.exit_code == 1
     assert told.stderr.count("\n") == 1 and "--fresh" in told.stderr
+
+
+def test_nobody_is_told_of_a_run_whose_folder_another_writes_to(twin, tmp_path):
+    """Or that one's arm would be offline to them, once this one has been refused."""
+    told_to = ("--mqtt", "127.0.0.1:1", "--serial", "S1")  # where no broker answers
+    with alone(tmp_path):
+        told = tracked(twin, "rtde://127.0.0.1:1", "--out", tmp_path, *told_to)
+    assert told.exit_code == 1 and "another urdyn is writing there" in told.stderr
 
 
 def test_a_payload_that_nobody_weighed_is_not_handed_over(story, twin, tmp_path):

@@ -111,6 +111,7 @@ def track(
     known(publish, PUBLISHED, "--publish")
     known(hand_over, HANDED, "--hand-over")
     require_folder(out)
+    _require_free(out)
     fit, part = load_fit(twin, sources), slice_of(rows) if rows is not None else None
     effort, beside = Effort(effort_unit, fit.dynamics.drive.gain), wanted(poses, wrench)
     healthy = None if no_diagnosis else known_rules(rules, false_alarm_hours)
@@ -217,6 +218,15 @@ def _filter(name: str | None, mode: str, wrench: bool) -> Filter[Any]:
     name = name or "ukf"
     made: Filter[Any] = getattr(estimate, FILTERS[name])()
     return made
+
+
+def _require_free(out: Path) -> None:
+    """InputError where another run writes to DIR: whom that tells is not to hear of this one."""
+    from urdyn.io import alone
+
+    if out.exists():
+        with alone(out):
+            pass
 
 
 def _require_own(out: Path, stream: Source) -> None:

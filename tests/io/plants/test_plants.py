@@ -127,6 +127,18 @@ def broker(broker_process: subprocess.Popen[bytes], free_port: int) -> int:
     return free_port
 
 
+def test_an_arm_is_online_again_once_another_of_its_name_has_gone():
+    from urdyn.io.plants.mqtt import Broker
+
+    kept: dict[str, str] = {}
+    client = SimpleNamespace(
+        is_connected=lambda: True, publish=lambda topic, text, *_, **__: kept.update({topic: text})
+    )
+    kept["urdyn/20235/online"] = "false"
+    Broker(client, "20235").tell(snapshot(), STATUSES)
+    assert kept["urdyn/20235/online"] == "true"
+
+
 def test_a_broker_keeps_the_newest_state_for_those_who_come_later(broker):
     pytest.importorskip("paho", reason="the extra plants is not installed")
     from paho.mqtt.client import Client

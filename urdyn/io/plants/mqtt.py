@@ -51,6 +51,7 @@ class Broker:
         for joint in now.joints:
             self.publish(f"joint/{joint.translate(ENCODED)}", _part(now, joint))
         self.publish("payload", _part(now, "payload"))
+        self.publish("online", True)  # another of this name may have gone meanwhile
 
     def close(self) -> None:
         """Publish that we go, if the broker is there, and go."""
