@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 
 from urdyn.diagnose import Finding
-from urdyn.io.run_folder import SEVERITIES, Entry
-from urdyn.report.findings import RANKS
+from urdyn.io.run_folder import RANKS, SEVERITIES, Entry
 
 
 def test_what_a_fleet_reads_of_a_finding_is_what_a_diagnosis_writes():

@@ -100,6 +100,21 @@ def test_a_row_says_which_joint_since_when_and_how_long_is_left(folders):
     assert "Times are counted from the first stamp of each run." in row
 
 
+def test_what_is_to_be_serviced_is_named_first(tmp_path):
+    """By its diagnosis, which weighs costs: graver findings may need no service."""
+    piece = finding("warning", joint=None) | {"kind": "payload_change"}
+    worn, push = finding("notice", 780.0) | {"id": "worn"}, finding("warning", joint=0)
+    folder = robot(tmp_path / "a", findings=[])
+    for due, state in (("now", "service_now"), ("later", "critical")):
+        said = {"advice": due, "finding": "worn"}
+        grave = piece | {"severity": "critical"}
+        document = {"findings": [grave, push, worn], "recommendation": said}
+        (folder / "findings.json").write_text(json.dumps(document))
+        (only,) = gather([folder], NOW, DAY).robots
+        assert only.state == state
+        assert sentence(only).startswith("Elbow friction increase since 10.0 s, notice")
+
+
 def test_a_time_without_end_is_a_dash(tmp_path):
     endless = finding("critical", DAY)
     endless["time_to_failure_s"]["hi"] = None  # as JSON has infinity

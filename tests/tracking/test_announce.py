@@ -156,6 +156,16 @@ def test_the_arm_is_acknowledged_with_all_that_is_the_matter():
     assert {s.level for s in left} == {Level.OK}
 
 
+def test_the_arm_s_line_names_the_most_urgent_of_what_is_equally_grave():
+    push = COLLISION | {"joint": 0}  # which is over
+    lines = statuses(snapshot(), THREE, [push, FINDING])
+    assert lines[0].level == lines[1].level == Level.WARN
+    for told in (lines, acknowledged(lines, {}), acknowledged(lines, seen(lines, [lines[0].name]))):
+        assert told[-1].message == "urdyn: elbow_joint: friction increase, 10 min left"
+    left = acknowledged(lines, seen(lines, [lines[1].name]))
+    assert left[-1].message == "urdyn: shoulder_pan_joint: collision, 10 min left"
+
+
 def test_a_drive_that_was_acknowledged_is_quiet_until_it_gets_worse():
     line = Status(Level.WARN, "urdyn: wrist_1_joint", "drive health 0.86")
     known = seen((line,), [line.name])

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, TypedDict
 
 HISTORY, PARTS = "history.parquet", "history.parts"  # whole, or of a run in progress
 FINDINGS, REPORT = "findings.json", "report.html"
 SEVERITIES = ("notice", "warning", "critical")  # of a finding, rising
+RANKS = {name: 1.0 + k for k, name in enumerate(SEVERITIES)}  # any other word is lower
 PUSH = "collision"  # the kind that ends by itself
 MISSES = 1.5  # [-] average surprise of a history above which its intervals cannot be trusted
 
@@ -39,3 +41,16 @@ def over(finding: Mapping[str, Any]) -> bool:
 def quiet(finding: Mapping[str, Any]) -> bool:
     """Whether it needs no attention: somebody has seen it, or nothing is left of it."""
     return bool(finding.get("acknowledged") or finding.get("gone"))
+
+
+def urgency(finding: Mapping[str, Any]) -> tuple[float, float, float]:
+    """The more urgent, the greater: severity, then time left, then confidence."""
+    median = (finding.get("time_to_failure_s") or {}).get("median")
+    left = math.inf if median is None else median
+    return gravity(finding), -left, finding.get("confidence", 0.0)
+
+
+def gravity(finding: Mapping[str, Any]) -> float:
+    """Rank of its severity; quiet ones rank below all, past ones as a notice."""
+    rank = 0.0 if quiet(finding) else RANKS.get(finding.get("severity", ""), 0.0)
+    return min(rank, RANKS["notice"]) if over(finding) else rank

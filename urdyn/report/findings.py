@@ -12,10 +12,9 @@ import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.io.plain import plain
-from urdyn.io.run_folder import FINDINGS, SEVERITIES, Entry, over, quiet
+from urdyn.io.run_folder import FINDINGS, Entry, quiet, urgency
 from urdyn.report.track.change import LEVELS, Levels
 
-RANKS = {name: 1.0 + k for k, name in enumerate(SEVERITIES)}  # any other word is lower
 DUE = ("now", "later")  # recommendations where a service pays
 LEFT = ("median", "lo", "hi")
 WHEN = ("onset_s", "onset_interval_s", "older")
@@ -30,7 +29,7 @@ Arm = Mapping[str, Any]  # the probability that an arm lasts, as in the file
 class Found:
     """A diagnosis of a robot."""
 
-    findings: tuple[Entry, ...]  # most urgent first
+    findings: tuple[Entry, ...]  # that to be serviced first, then most urgent first
     unjudged: tuple[str, ...]  # joints with too little data
     arm: Arm | None  # health index of the whole arm; None: an older version's file
     due: str  # "now" or "later": service for the first finding; "": acknowledged, or none
@@ -50,11 +49,16 @@ def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         whole = document if isinstance(document, dict) else {"findings": document}
-        entries = ranked([_whole(entry, joints) for entry in whole["findings"]])
+        due, first = _due(whole)
+        serviced, others = list[Entry](), list[Entry]()
+        for entry in whole["findings"]:
+            part = serviced if due and entry.get("id") == first else others
+            part.append(_whole(entry, joints))
+        entries = (*serviced, *ranked(others))
         unseen = tuple(unjudged(whole.get("joints", ())))
         doubt = str(whole.get("doubt", ""))
         levels = {**LEVELS, **{of: _numbers(each) for of, each in whole.get("levels", {}).items()}}
-        return Found(tuple(entries), unseen, _arm(whole), _due(whole), doubt, levels)
+        return Found(entries, unseen, _arm(whole), due, doubt, levels)
     except OSError as error:
         raise InputError(f"its {FINDINGS} cannot be read: {error.strerror}") from error
     except DAMAGE as error:
@@ -69,18 +73,6 @@ def unjudged(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 def ranked(entries: Sequence[Entry]) -> list[Entry]:
     """Findings, most urgent first; equally urgent ones in their given order."""
     return sorted(entries, key=lambda entry: (*(-x for x in urgency(entry)[:2]), entry["onset_s"]))
-
-
-def urgency(finding: Entry) -> tuple[float, float, float]:
-    """The more urgent, the greater: severity, then time left, then confidence."""
-    left = finding["time_to_failure_s"]
-    return gravity(finding), -(_time(left["median"]) if left else np.inf), finding["confidence"]
-
-
-def gravity(finding: Mapping[str, Any]) -> float:
-    """Rank of its severity; quiet ones rank below all, past ones as a notice."""
-    rank = 0.0 if quiet(finding) else RANKS.get(finding["severity"], 0.0)
-    return min(rank, RANKS["notice"]) if over(finding) else rank
 
 
 def told(finding: Entry) -> dict[str, Any]:
@@ -133,13 +125,13 @@ def _numbers(levels: Mapping[str, Any]) -> Mapping[str, float]:
     return {name: _finite(levels[name]) for name in ("warning", "critical")}
 
 
-def _due(whole: Mapping[str, Any]) -> str:
-    """When a service is recommended for a finding that is not quiet."""
+def _due(whole: Mapping[str, Any]) -> tuple[str, Any]:
+    """When a service is recommended for a finding that is not quiet, and its id; "": never."""
     said = whole.get("recommendation") or {}
     known = {entry.get("id") for entry in whole["findings"] if quiet(entry)}
     if said.get("finding") is None or said["finding"] in known or said["advice"] not in DUE:
-        return ""
-    return str(said["advice"])
+        return "", None
+    return str(said["advice"]), said["finding"]
 
 
 def _time(value: float | None) -> float:

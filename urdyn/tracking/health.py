@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from urdyn.io.run_folder import urgency
 from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Level, Status, of_finding
 from urdyn.types import NORMAL90, Array
@@ -25,19 +26,23 @@ def statuses(
 ) -> tuple[Status, ...]:
     """Lines of the joints, then of the arm, at the worst level of all.
 
+    Of several at one level, the line that has the most urgent finding is the worst.
+
     Args:
         now: the arm as it is believed to be.
         commissioned: friction of the commissioned arm, (J,) [N·m].
         findings: as in findings.json.
         serial: number of the arm.
     """
-    told = [of_finding(finding, serial, now.joints) for finding in findings]
+    urgent = sorted(findings, key=urgency, reverse=True)
+    told = [of_finding(finding, serial, now.joints) for finding in urgent]
     joints = tuple(
         _worst(_joint(now, joint, float(f), serial), [s for s in told if s.name == _name(joint)])
         for joint, f in zip(now.joints, commissioned, strict=True)
     )
     arm = [status for status in told if status.name == _name("arm")]
-    worst = max([*joints, *arm], key=lambda status: status.level)
+    order = list(dict.fromkeys((*(status.name for status in told), *map(_name, now.joints))))
+    worst = min([*joints, *arm], key=lambda status: (-status.level, order.index(status.name)))
     message = WELL if worst.level == Level.OK else f"{worst.name}: {worst.message}"
     found = tuple(pair for status in arm for pair in status.values)
     whole = Status(worst.level, _name("arm"), message, (*_values(now, "payload"), *found), serial)

@@ -100,8 +100,10 @@ def acknowledged(statuses: Sequence[Status], known: Mapping[str, Seen]) -> tuple
         for s in statuses
     ]
     *parts, arm = told
-    loud = [s for s in parts if s.level == arm.level in WARNED]
-    return (*parts, replace(arm, message=f"{loud[0].name}: {loud[0].message}") if loud else arm)
+    loud = [f"{s.name}: {s.message}" for s in parts if s.level == arm.level in WARNED]
+    if loud and arm.message not in loud:  # what it names was acknowledged
+        arm = replace(arm, message=loud[0])
+    return (*parts, arm)
 
 
 def _matters(statuses: Sequence[Status]) -> dict[str, frozenset[str]]:

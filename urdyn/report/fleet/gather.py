@@ -11,9 +11,9 @@ import numpy as np
 
 from urdyn.errors import UrdynError
 from urdyn.io.plain import plain
-from urdyn.io.run_folder import MISSES, REPORT, Entry, quiet
+from urdyn.io.run_folder import MISSES, RANKS, REPORT, Entry, gravity, quiet, urgency
 from urdyn.io.spans import Clock, clock
-from urdyn.report.findings import RANKS, Arm, gravity, read_findings, urgency
+from urdyn.report.findings import Arm, read_findings
 from urdyn.report.findings import told as as_told
 from urdyn.report.traces import downsample
 from urdyn.report.track.change import LEVELS, Change, Levels, compare_track
@@ -85,7 +85,7 @@ class Robot:
     @property
     def urgency(self) -> tuple[float, ...]:
         """The more urgent, the greater: state, findings, health lost, change, surprise."""
-        found = urgency(self.findings[0]) if self.findings else (0.0, -np.inf, 0.0)
+        found = max(map(urgency, self.findings or ()), default=(0.0, -np.inf, 0.0))
         most = abs(self.moved[0].z) if self.moved else 0.0
         state = -float(STATES.index(self.state))
         return state, *found, -self.health, most, float(np.nan_to_num(self.surprise))
@@ -184,14 +184,14 @@ def _undrawn(run: History) -> Iterator[Series]:
 
 
 def _state(findings: Sequence[Entry], due: str, doubted: bool) -> str:
-    """State of a robot by its findings, most urgent first; its page's recommendation comes first.
+    """State of a robot by the worst of its findings; its page's recommendation comes first.
 
     If that is to check its twin, or its stream, nothing is known of the arm.
     """
     known = all(map(quiet, findings))
     if doubted and not known:
         return "doubted"
-    worst = findings[0]
+    worst = max(findings, key=gravity)
     severity = str(worst["severity"]) if gravity(worst) > RANKS["notice"] else "found"
     if severity == "found" and known:
         severity = "acknowledged"

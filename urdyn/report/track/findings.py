@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
+from urdyn.io.run_folder import RANKS, gravity
 from urdyn.io.spans import Clock
 from urdyn.report.canvas import BAND, OURS, band, figure, line, rule, shade
 from urdyn.report.digits import fixed, number, percent
 from urdyn.report.finding_words import before, by, factor, kind, left, size, unit
-from urdyn.report.findings import RANKS, gravity, ranked
+from urdyn.report.findings import ranked
 from urdyn.report.markup import Html, cell, grid, paragraph, plot, section, table, tag, text
 from urdyn.report.names import spoken
 from urdyn.report.track.history import History
