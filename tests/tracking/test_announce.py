@@ -89,6 +89,18 @@ def test_findings_are_lines_of_their_joints():
     assert known.message == "acknowledged: friction increase, time is over"
 
 
+@pytest.mark.parametrize(("joint", "name"), [(1, "urdyn: elbow_joint"), (None, "urdyn: arm")])
+def test_what_was_acknowledged_in_a_run_s_folder_is_still_told(joint, name):
+    known = FINDING | {"joint": joint, "acknowledged": True}
+    lines = statuses(snapshot(), THREE, [FINDING | {"joint": 0, "gone": True}, known])
+    said = {line.name: (line.level, line.message) for line in lines}
+    message = "acknowledged: friction increase, 10 min left"
+    if joint is not None:
+        assert said[name] == (Level.OK, message)
+    assert said["urdyn: arm"] == (Level.OK, f"{name}: {message}")
+    assert said["urdyn: shoulder_pan_joint"] == (Level.OK, "as commissioned")
+
+
 def test_what_is_over_is_no_error_and_what_is_gone_no_warning():
     grave = FINDING | {"severity": "critical", "gone": True}
     assert of_finding(grave).level == Level.OK

@@ -12,6 +12,8 @@ from urdyn.io.bags.joints import JOINTS
 from urdyn.io.run_folder import over, quiet
 from urdyn.io.spans import NEVER, span
 
+ACKNOWLEDGED = "acknowledged: "  # before a message that somebody has seen
+
 
 class Level(IntEnum):
     """Levels of diagnostic_msgs/DiagnosticStatus."""
@@ -49,8 +51,8 @@ def of_finding(
     grave = finding.get("severity") == "critical" or left == 0.0
     level = Level.ERROR if grave and not over(finding) else Level.WARN
     if quiet(finding):
-        why = "gone by now" if finding.get("gone") else "acknowledged"
-        level, message = Level.OK, f"{why}: {message}"
+        why = "gone by now: " if finding.get("gone") else ACKNOWLEDGED
+        level, message = Level.OK, f"{why}{message}"
     return Status(level, f"urdyn: {whose or 'arm'}", message, values, hardware_id)
 
 

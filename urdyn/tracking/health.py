@@ -8,7 +8,7 @@ from typing import Any
 
 from urdyn.io.run_folder import urgency
 from urdyn.io.snapshot import Snapshot
-from urdyn.io.status import Level, Status, of_finding
+from urdyn.io.status import ACKNOWLEDGED, Level, Status, of_finding
 from urdyn.types import NORMAL90, Array
 
 HEALTH = {Level.WARN: 0.9, Level.ERROR: 0.75}  # [-] drive health below
@@ -42,8 +42,8 @@ def statuses(
     )
     arm = [status for status in told if status.name == _name("arm")]
     order = list(dict.fromkeys((*(status.name for status in told), *map(_name, now.joints))))
-    worst = min([*joints, *arm], key=lambda status: (-status.level, order.index(status.name)))
-    message = WELL if worst.level == Level.OK else f"{worst.name}: {worst.message}"
+    worst = max([*joints, *arm], key=lambda s: (*_gravity(s), -order.index(s.name)))
+    message = f"{worst.name}: {worst.message}" if any(_gravity(worst)) else WELL
     found = tuple(pair for status in arm for pair in status.values)
     whole = Status(worst.level, _name("arm"), message, (*_values(now, "payload"), *found), serial)
     return (*joints, whole)
@@ -93,10 +93,15 @@ def _name(part: str) -> str:
 
 def _worst(own: Status, findings: Sequence[Status]) -> Status:
     """The line of a joint or the arm, combined with its findings."""
-    worst = max([own, *findings], key=lambda status: status.level)
+    worst = max([own, *findings], key=_gravity)
     found = [pair for finding in findings for pair in finding.values]
     values = (*own.values, *found)
     return Status(worst.level, own.name, worst.message, values, own.hardware_id)
+
+
+def _gravity(status: Status) -> tuple[Level, bool]:
+    """What is acknowledged is more than what is well, or gone, at the same level."""
+    return status.level, status.message.startswith(ACKNOWLEDGED)
 
 
 def _values(now: Snapshot, part: str) -> tuple[tuple[str, str], ...]:

@@ -10,7 +10,7 @@ from typing import Any
 from urdyn.io.ros2.compose import Types
 from urdyn.io.ros2.domain import reader, ros_name, writer
 from urdyn.io.snapshot import Snapshot
-from urdyn.io.status import Level, Status
+from urdyn.io.status import ACKNOWLEDGED, Level, Status
 from urdyn.types import Array
 
 DIAGNOSTICS = "/diagnostics"
@@ -94,7 +94,7 @@ def acknowledged(statuses: Sequence[Status], known: Mapping[str, Seen]) -> tuple
         return then is not None and s.level <= then.level and matters[s.name] <= then.matters
 
     told = [
-        replace(s, level=Level.OK, message=f"acknowledged: {s.message}")
+        replace(s, level=Level.OK, message=f"{ACKNOWLEDGED}{s.message}")
         if s.level in WARNED and quiet(s)
         else s
         for s in statuses
