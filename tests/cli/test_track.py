@@ -1,6 +1,7 @@
 """urdyn track, on a recording."""
 
 import json
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -12,6 +13,8 @@ from typer.testing import CliRunner
 
 import urdyn as ud
 from urdyn.cli.app import app
+from urdyn.cli.twin_file import load_fit
+from urdyn.errors import InputError
 from urdyn.io import alone, sha256
 
 
@@ -134,6 +137,31 @@ def test_nobody_is_told_of_a_run_whose_folder_another_writes_to(twin, tmp_path):
     with alone(tmp_path):
         told = tracked(twin, "rtde://127.0.0.1:1", "--out", tmp_path, *told_to)
     assert told.exit_code == 1 and "another urdyn is writing there" in told.stderr
+
+
+def test_a_run_is_of_the_twin_that_it_read_though_another_takes_its_place(
+    story, twin, tmp_path, monkeypatch
+):
+    mine, was, of = shutil.copy(twin, tmp_path / "twin.toml"), sha256(twin), []
+
+    def replaced(path, *others):
+        loaded = load_fit(path, *others)
+        with mine.open("a") as file:
+            file.write("# another")
+        return loaded
+
+    def begun(*_, twin_sha256, **__):
+        of.append(twin_sha256)
+        raise InputError("enough")
+
+    monkeypatch.setattr("urdyn.tracking.run", begun)
+    monkeypatch.setattr("urdyn.cli.track.load_fit", replaced)
+    told = tracked(mine, story.held_out, "--out", tmp_path / "out", "--no-diagnosis")
+    assert "enough" in told.stderr and of == [was] != [sha256(mine)]
+    read = ud.Twin.load
+    monkeypatch.setattr(ud.Twin, "load", lambda at: (read(at), shutil.copy(twin, mine))[0])
+    with pytest.raises(InputError, match="was replaced while it was read"):
+        load_fit(mine, ())
 
 
 def test_a_payload_that_nobody_weighed_is_not_handed_over(story, twin, tmp_path):

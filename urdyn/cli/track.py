@@ -101,7 +101,6 @@ def track(
     from urdyn.cli.announcing import HANDED, PUBLISHED, announcing, both, hand, known
     from urdyn.cli.results import require_folder
     from urdyn.cli.watching import watching
-    from urdyn.io import sha256
     from urdyn.tracking import Tracker, open_source, run
 
     source, *more = sources
@@ -112,7 +111,7 @@ def track(
     known(hand_over, HANDED, "--hand-over")
     require_folder(out)
     _require_free(out)
-    fit, part = load_fit(twin, sources), slice_of(rows) if rows is not None else None
+    (fit, twin_sha256), part = load_fit(twin, sources), slice_of(rows) if rows is not None else None
     effort, beside = Effort(effort_unit, fit.dynamics.drive.gain), wanted(poses, wrench)
     healthy = None if no_diagnosis else known_rules(rules, false_alarm_hours)
     with (
@@ -133,7 +132,7 @@ def track(
             ),
             stream,
             out,
-            twin_sha256=sha256(twin),
+            twin_sha256=twin_sha256,
             fresh=fresh,
             watch=both(shown, told),
             observer=onlooker(fit, stream, healthy, voice, helper) if healthy else None,

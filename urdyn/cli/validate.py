@@ -45,7 +45,7 @@ def validate(
     from urdyn.report.identify.summary import validated
     from urdyn.report.identify.tables import validate_table
 
-    voice, fit = Voice(json, quiet), load_fit(twin, logs)
+    voice, (fit, _) = Voice(json, quiet), load_fit(twin, logs)
     effort = Effort(effort_unit, fit.dynamics.drive.gain)
     asked = tuple(Recording(path, effort=effort) for path in logs)
     recordings = read_as(asked, columns, rows, rate)

@@ -156,7 +156,7 @@ class TwinNode(Node):
 def follow(node: TwinNode) -> None:
     """Track until the node ends."""
     twin = Path(node.asked("twin"))
-    fit = ud.Twin.load(twin).fit
+    twin_sha256, fit = sha256(twin), ud.Twin.load(twin).fit
     effort = ud.Effort(node.asked("effort_unit") or None, fit.dynamics.drive.gain)
     effort.told(node.asked("topic"))
     audience = Audience(node.voice, (node.carried,), node.acknowledgements, node.remarks)
@@ -173,7 +173,7 @@ def follow(node: TwinNode) -> None:
         origin = {"source": source.name, "source.sha256": source.sha256}
         diagnosis = Onlooker(fit, source.period, read_rules(), origin, live=True)
         out = Path(node.asked("out"))
-        run(tracker, source, out, sha256(twin), watch=announcer.watch, observer=diagnosis)
+        run(tracker, source, out, twin_sha256, watch=announcer.watch, observer=diagnosis)
     finally:
         announcer.close()
 
