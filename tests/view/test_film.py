@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -10,13 +12,16 @@ import pytest
 
 from urdyn.cli.viewing import Asked, find
 from urdyn.errors import LogError
+from urdyn.io.ros2.listen import Heard
 from urdyn.io.rtde import play as play_back
 from urdyn.io.rtde import serve
 from urdyn.report.track.history import find_history
-from urdyn.tracking import open_source, run
+from urdyn.signal import samples
+from urdyn.tracking import open_source, ros2_source, run
 from urdyn.tracking.checkpoint import FILE, Checkpoint, flattened, write
 from urdyn.tracking.interest import nothing_yet
 from urdyn.tracking.losses import no_losses
+from urdyn.tracking.source import now
 from urdyn.view.film import Film, film
 from urdyn.view.live import RATE, address, followed, tracked, watched
 from urdyn.view.paint import LESS, MORE, PAINTS, SAME, UNKNOWN
@@ -145,7 +150,7 @@ def test_a_run_says_which_robot_it_tracks(tracked_run, controller, tmp_path, cal
     source = replace(source, identity=f"{source.identity}{calibrated}")
     run(tracked_run.tracker(), source, tmp_path)
     source.close()
-    assert address(tmp_path) == controller.removeprefix("rtde://")
+    assert address(tmp_path) == controller
     (tmp_path / "history.parquet").unlink()  # that is written at its end
     found = find(Asked(str(tmp_path), tracked_run.twin))
     assert found.moments is not None
@@ -156,13 +161,36 @@ def test_a_run_says_which_robot_it_tracks(tracked_run, controller, tmp_path, cal
     assert address(tmp_path) == ""
 
 
-def test_a_run_of_a_log_or_a_topic_tracks_no_robot_that_is_watched(tracked_run, tmp_path):
+class Topic:
+    """Joint states of the recording, on a graph that is not there."""
+
+    def __init__(self, log, *_):
+        self.told = samples(log)
+
+    def get(self, *, timeout):
+        sample = next(self.told)
+        return Heard(now(), sample.t, sample.q, sample.v, np.full(6, np.nan))
+
+    def empty(self):
+        return False
+
+
+def test_a_run_of_a_topic_is_shown_there_and_one_of_a_log_nowhere(
+    tracked_run, tmp_path, monkeypatch
+):
     start = Checkpoint(tracked_run.tracker().init(), nothing_yet(6), no_losses(6))
     layout, numbers = flattened(start)
     log = open_source(str(tracked_run.recording)).identity
-    for source in (log, "ros2://joint_states"):
+    for source, robot in ((log, ""), ("ros2://joint_states", "ros2://joint_states")):
         write(layout, numbers, {"source": source}, tmp_path)
-        assert address(tmp_path) == ""
+        assert address(tmp_path) == robot
+    (parts := tmp_path / "history.parts").mkdir()
+    shutil.copy(tracked_run.out / "history.parquet", parts / "part-000000.parquet")
+    monkeypatch.setattr(ros2_source, "participant", lambda: None)
+    monkeypatch.setattr(ros2_source, "Listener", partial(Topic, tracked_run.log))
+    found = find(Asked(str(tmp_path), tracked_run.twin))
+    np.testing.assert_array_equal(next(found.moments).q, tracked_run.log.channels["actual_q"][0])
+    found.close()
 
 
 @pytest.mark.parametrize("name", PAINTS)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import urdyn as ud
 from urdyn.errors import InputError, LogError, TwinError
 from urdyn.identify.fit import Fit
-from urdyn.io import is_log, sha256
+from urdyn.io import Effort, is_log, sha256
 from urdyn.model.arm import Arm, load_arm
 from urdyn.model.library import names
 from urdyn.report.track.history import History, find_history
@@ -103,7 +103,7 @@ def _folder(folder: Path, run: History, asked: Asked) -> Found:
     if len(run.joints) != arm.joints:
         raise InputError(f"{folder}: has {len(run.joints)} joints, {arm.name} has {arm.joints}")
     if not run.finished and (robot := address(folder)):
-        source = open_source(ROBOT + robot)
+        source = open_source(robot, effort=Effort("A"))  # whatever unit: only angles are shown
         return Found(arm, moments=followed(folder, source), close=source.close)
     path = _log(folder, run, asked)
     gain = fit.dynamics.drive.gain if fit else None

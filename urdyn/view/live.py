@@ -15,7 +15,7 @@ from urdyn.report.track.history import find_history
 from urdyn.tracking import Source, Tracker, quantities
 from urdyn.tracking.checkpoint import whose
 from urdyn.tracking.restarts import arrivals
-from urdyn.tracking.source import ROS2, now
+from urdyn.tracking.source import ROS2, SCHEME, now
 from urdyn.types import Array, Gaussian
 from urdyn.view.film import Moment
 from urdyn.view.replay import beliefs, share
@@ -71,10 +71,12 @@ def followed(folder: Path, source: Source) -> Iterator[Moment]:
 
 
 def address(folder: Path) -> str:
-    """host:port of the robot that an unfinished run tracks; "" where it tracks no such robot."""
+    """rtde:// or ros2:// address of the robot that a run tracks; "" where it tracks none."""
     # A robot's may be followed by its kinematic calibration, a log's hash by its rows.
     source = whose(folder).get("source", "").partition(" ")[0]
-    return source if ":" in source and not source.startswith(ROS2) else ""
+    if source.startswith(ROS2):
+        return source
+    return f"{SCHEME}{source}" if ":" in source else ""
 
 
 def _told(tracker: Tracker[S]) -> Callable[[Gaussian], tuple[Array, Array, Array]]:
