@@ -349,10 +349,11 @@ def test_a_run_that_is_not_over_is_read_from_its_parts(tmp_path):
     for k, rows in enumerate((whole[:700], whole[700:1500])):
         pq.write_table(rows, parts / f"part-{k:06d}.parquet")
         os.utime(parts / f"part-{k:06d}.parquet", (NOW, NOW))
+    os.utime(folder / "history.parquet", (NOW + 1.0, NOW + 1.0))  # as a copy may have it
     (found,) = gather([folder], NOW, DAY).robots
     assert not found.finished and found.span == pytest.approx(0.1 * 1499)
     assert "unfinished" in shown([folder])
-    os.utime(folder / "history.parquet", (NOW + 1.0, NOW + 1.0))
+    pq.write_table(whole[1500:], parts / "part-000002.parquet")  # younger than the whole
     (found,) = gather([folder], NOW, DAY).robots
     assert found.finished and found.span == pytest.approx(0.1 * (ROWS - 1))
 

@@ -185,25 +185,34 @@ class History:
 
 
 def find_history(folder: Path) -> History:
-    """The newest history in a track folder.
+    """The newest history in a track folder: its parts, until they are all in the whole.
 
     Raises:
-        LogError: there is none; the reason, without the folder's name.
+        LogError: there is none, or it is damaged; the reason, without the folder's name.
     """
     if not folder.is_dir():
         raise LogError("is no folder" if folder.exists() else "does not exist")
     whole, parts = folder / HISTORY, sorted((folder / PARTS).glob("part-*.parquet"))
-    since = whole.stat().st_mtime if whole.is_file() else -np.inf
-    until = parts[-1].stat().st_mtime if parts else -np.inf
-    if until > since:  # a live run was resumed, or has not ended
-        return History(tuple(parts), False, until)
+    # A live run was resumed, or has not ended; by its stamps, for a copy may lose the files' times.
+    if parts and not (whole.is_file() and _end(whole) == _end(parts[-1])):
+        return History(tuple(parts), False, parts[-1].stat().st_mtime)
     if whole.is_file():
-        return History((whole,), True, since)
+        return History((whole,), True, whole.stat().st_mtime)
     if (folder / PARTS).is_dir() or any(folder.glob("checkpoint.npz")):
         raise LogError("its run has not written anything yet; wait, or track on")
     if any(folder.glob(f"*/{HISTORY}")):
         raise LogError(f"holds no {HISTORY}, but folders that do: name those")
     raise LogError(f"holds no {HISTORY}; `urdyn track` writes one")
+
+
+def _end(path: Path) -> float:
+    """Last stamp in a file of a history [s]."""
+    try:
+        file = _opened(path)
+        rows = file.read_row_group(file.num_row_groups - 1, ["t"], use_threads=False)
+        return float(rows.column("t")[-1].as_py())
+    except (pa.ArrowException, OSError, LookupError) as error:
+        raise _broken(error) from error
 
 
 def _opened(path: Path) -> pq.ParquetFile:
