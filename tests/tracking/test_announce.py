@@ -12,7 +12,7 @@ import pytest
 
 from urdyn.io.bags import joints
 from urdyn.io.ros2.compose import Types
-from urdyn.io.ros2.talk import Voice, acknowledged, seen
+from urdyn.io.ros2.talk import Voice, acknowledged, forgetting, seen
 from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Level, Status, of_finding
 from urdyn.signal import samples
@@ -156,6 +156,17 @@ def test_what_gets_worse_or_is_new_is_warned_of_again(before, after):
     assert arm.level == worst
     told = {s.name for s in parts if s.level == worst}
     assert not told or any(name in arm.message for name in told)
+
+
+def test_what_was_acknowledged_and_is_gone_is_warned_of_again_if_it_returns():
+    other = FINDING | {"joint": 0}
+    lines = statuses(snapshot(), THREE, [other, FINDING])
+    known = seen(lines, [""])
+    assert forgetting(known, lines) == known
+    known = forgetting(known, statuses(snapshot(), THREE, [other, FINDING | {"gone": True}]))
+    pan, elbow, arm = acknowledged(lines, known)
+    assert (pan.level, elbow.level, arm.level) == (Level.OK, Level.WARN, Level.WARN)
+    assert elbow.name in arm.message
 
 
 def test_the_arm_is_acknowledged_with_all_that_is_the_matter():

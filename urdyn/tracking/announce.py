@@ -12,7 +12,7 @@ import numpy as np
 
 from urdyn.identify.fit import Fit
 from urdyn.io.listener import Listener
-from urdyn.io.ros2.talk import Seen, Voice, acknowledged, seen
+from urdyn.io.ros2.talk import Seen, Voice, acknowledged, forgetting, seen
 from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Status
 from urdyn.model.body import centre_of_mass
@@ -112,7 +112,8 @@ class Announcer:
                 self._told(tell, snapshot, lines)
 
     def _hear(self, _: Snapshot, found: Sequence[Status]) -> None:
-        self._known |= seen(found, self._audience.acknowledgements())
+        known = forgetting(self._known, found)
+        self._known = known | seen(found, self._audience.acknowledgements())
 
     def _diagnose(self, _: Snapshot, lines: Sequence[Status]) -> None:
         assert self._audience.voice

@@ -106,6 +106,19 @@ def acknowledged(statuses: Sequence[Status], known: Mapping[str, Seen]) -> tuple
     return (*parts, arm)
 
 
+def forgetting(known: Mapping[str, Seen], statuses: Sequence[Status]) -> dict[str, Seen]:
+    """What was acknowledged, without what is gone by now: it is warned of anew if it returns."""
+    gone = [s.name for s in statuses if s.level == Level.OK and ("gone", "true") in s.values]
+    of_these = tuple(f"{name}: " for name in gone)  # among the arm's
+    return {
+        name: replace(
+            then, matters=frozenset(m for m in then.matters if not m.startswith(of_these))
+        )
+        for name, then in known.items()
+        if name not in gone
+    }
+
+
 def _matters(statuses: Sequence[Status]) -> dict[str, frozenset[str]]:
     """What is the matter, by the statuses' names; the last one, the arm's, has that of all."""
     *parts, arm = [(s.name, _own(s)) for s in statuses]
