@@ -172,10 +172,58 @@ def test_doubt_about_slow_noise_is_no_doubt_about_the_model():
     colour = noise.giving_back(noise.first(coloured, 4, PERIOD), NOTHING, alone, PERIOD)
     lasting = colour
     for _ in range(noise.ORDER + 1):
-        _, white, lasting = noise.whitened(lasting, np.zeros((J, 4)), np.sqrt(alone))
+        _, white, _, lasting = noise.whitened(lasting, np.zeros((J, 4)), np.sqrt(alone), ~SURE)
     for _ in range(200):
         colour = noise.doubting(colour, white**2 + model, SURE, PERIOD)
     np.testing.assert_allclose(colour.modelled, model, rtol=1e-3)
+
+
+def information(colour, X, y, lost):
+    """What whitened rows tell of X (N, J, w) and y (N, J): (J, w, w + 1), and how many do, (J,)."""
+    told, rows = 0.0, 0
+    for x, value, gone in zip(X, y, lost, strict=True):
+        row, seen, sd, colour = noise.whitened(colour, x, np.where(gone, np.nan, value), gone)
+        both = np.column_stack([row, seen]).reshape(J, 1, -1)
+        told = told + np.nan_to_num(row[..., None] * both) / sd[:, None, None] ** 2
+        rows = rows + np.isfinite(seen)
+    return told, rows
+
+
+def test_across_lost_currents_rows_tell_what_the_dense_gaussian_tells():
+    """Generalised least squares of all known rows, given as many first ones as the filter takes."""
+    rng, rows, p = np.random.default_rng(8), 60, noise.ORDER
+    coloured = replace(COMMISSIONED, ar=np.tile([1.2, -0.5, 0.1], (J, 1)))
+    X, y = rng.standard_normal((rows, J, 4)), rng.standard_normal((rows, J))
+    lost = rng.random((rows, J)) < np.linspace(0.0, 0.5, J)
+    lost[:p] = False
+    told, compared = information(noise.first(coloured, 4, PERIOD), X, y, lost)
+    np.testing.assert_array_equal(compared, (~lost).sum(axis=0) - p)
+    apart = np.abs(np.subtract.outer(np.arange(rows), np.arange(rows)))
+    C = coloured.autocovariance(rows, PERIOD)[apart, 0]
+
+    def dense(j, at):
+        both = np.column_stack([X[at, j], y[at, j]])
+        return X[at, j].T @ np.linalg.solve(C[np.ix_(at, at)], both)
+
+    for j in range(J):
+        wanted = dense(j, np.flatnonzero(~lost[:, j])) - dense(j, np.arange(p))
+        np.testing.assert_allclose(told[j], wanted, rtol=0, atol=1e-9 * np.abs(wanted).max())
+
+
+def test_noise_is_as_loud_as_said_where_no_eight_currents_come_in_a_row():
+    """Of more than 1000 squares a mean is known to sqrt(2 / 1000)."""
+    rng, rows = np.random.default_rng(9), 1400
+    coloured = replace(COMMISSIONED, ar=np.tile([0.9], (J, 1)))
+    y = lfilter([1.0], [1.0, -0.9], rng.standard_normal((rows, J)), axis=0)
+    lost = np.zeros((rows, J), dtype=bool)
+    lost[3::4] = True
+    colour, squares = noise.first(coloured, 4, PERIOD), []
+    for value, gone in zip(y, lost, strict=True):
+        now = np.where(gone, np.nan, value)
+        _, seen, sd, colour = noise.whitened(colour, np.zeros((J, 4)), now, gone)
+        squares.append((seen / (sd / colour.scale)) ** 2)
+    np.testing.assert_array_equal(np.isfinite(squares[4:]), ~lost[4:])
+    np.testing.assert_allclose(np.nanmean(squares, axis=0), 1.0, atol=4.0 * np.sqrt(2.0 / 1000.0))
 
 
 def slowly(rng, rows, period):

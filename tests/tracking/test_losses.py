@@ -11,7 +11,7 @@ from urdyn.errors import InputError
 from urdyn.estimate import EKF
 from urdyn.io import write
 from urdyn.signal import Sample, samples
-from urdyn.tracking import Arrival, open_source
+from urdyn.tracking import Arrival, Tracker, open_source
 from urdyn.tracking.joint_motion import STANDING
 from urdyn.tracking.losses import as_plain, counted, no_losses, too_sparse
 from urdyn.tracking.modes import QUICKER, mode_of
@@ -233,3 +233,22 @@ def test_a_network_without_an_edge_that_tells_is_refused(
     if shared:
         assert of_arm(network, ("",)) is network
     assert of_arm(figure2(), ("k", "payload")) == figure2()
+
+
+def test_a_lost_current_costs_no_other(workshop):
+    """Every fourth of a joint: never as many in a row as the whitening filter takes."""
+    tracker = Tracker(workshop.fit, EKF(), PERIOD)
+
+    def compared(lost):
+        state, told = tracker.init(), []
+        for k, one in enumerate(samples(workshop.log.slice(0, 100))):
+            gone = (np.arange(6) == 1) & (k % 4 == 0) & lost
+            state, reading = tracker.step(
+                state, replace(one, current=np.where(gone, np.nan, one.current))
+            )
+            told += [np.isfinite(reading.innovation.residual)] if reading else []
+        return np.array(told)
+
+    whole, lossy = compared(False), compared(True)
+    assert lossy[:, 1].sum() >= 3 * whole[:, 1].sum() // 4 > 30
+    np.testing.assert_array_equal(np.delete(lossy, 1, axis=1), np.delete(whole, 1, axis=1))

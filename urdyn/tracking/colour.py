@@ -29,6 +29,7 @@ import numpy as np
 from urdyn.identify.noise import Noise
 from urdyn.identify.slow import MEMORY
 from urdyn.tracking import variance_scale
+from urdyn.tracking.lost_currents import bridged
 from urdyn.tracking.variance_scale import VarianceScale
 from urdyn.types import Array, Mask, changed
 
@@ -62,7 +63,8 @@ APART = np.abs(np.subtract.outer(np.arange(ORDER), np.arange(ORDER)))  # lags [s
 class Colour:
     """What is known of the noise, and the samples that it is estimated from."""
 
-    past: Array  # (p, J, w + 1) packed inputs and current [A], newest first; NaN: no current
+    past: Array  # (p, J, w + 1) packed inputs and current [A], newest first; NaN: not compared
+    doubt: Array  # (J, p, p) [-] covariance of its noise over that of w: of lost currents
     left: Array  # (L, J) [A] residuals without the model's slow part, newest first
     alike: Array  # (p + 3, J) [A²] mean product of residuals 0 .. p samples, FAR, around FAR apart
     settled: Array  # the same at the last look: what the noise is told from at the next
@@ -95,6 +97,7 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     alike = np.concatenate([quick, np.zeros((2, J))]) + slow * _passing(period)
     return Colour(
         past=np.full((ORDER, J, width + 1), np.nan),
+        doubt=np.zeros((J, ORDER, ORDER)),
         left=np.full((_around(period).stop, J), np.nan),
         alike=alike,
         settled=alike,
@@ -134,32 +137,51 @@ def _neighbours(alike: Array) -> Array:
     return np.asarray(alike[APART].transpose(2, 0, 1))
 
 
-def whitened(colour: Colour, packed: Array, y: Array) -> tuple[Array, Array, Colour]:
-    """Whitened inputs and currents, and the colour whose filter has seen them.
+def whitened(
+    colour: Colour, packed: Array, y: Array, lost: Mask
+) -> tuple[Array, Array, Array, Colour]:
+    """Whitened inputs and currents, the sd of their noise [A], and the colour that has seen them.
 
     Args:
         packed: what multiplies the parameters, (J, w); whitened to 0 where there is no current.
         y: currents (J,) [A]; NaN where there is none.
+        lost: whether that is for a loss only, (J,).
     """
+    if np.count_nonzero(lost):
+        colour = _expecting(colour, lost)
     now = np.concatenate([packed, y[:, None]], axis=1)
-    white = now - (colour.ar[:, None] @ colour.past.transpose(1, 0, 2))[:, 0]
+    foreseen = (colour.ar[:, None] @ colour.past.transpose(1, 0, 2))[:, 0]
+    white = now - foreseen
     packed, seen = white[:, :-1], white[:, -1]
     known = np.isfinite(seen)
     if np.count_nonzero(known) < len(known):
         packed[~known], now[np.isnan(y)] = 0.0, np.nan
-    return packed, seen, changed(colour, past=np.concatenate([now[None], colour.past[:-1]]))
+    if not np.count_nonzero(lost) and not np.count_nonzero(colour.doubt):
+        past = np.concatenate([now[None], colour.past[:-1]])
+        return packed, seen, colour.scale, changed(colour, past=past)
+    past, doubt, v = bridged(colour.past, colour.doubt, colour.ar, now, foreseen, lost)
+    return packed, seen, np.sqrt(v) * colour.scale, changed(colour, past=past, doubt=doubt)
+
+
+def _expecting(colour: Colour, joints: Mask) -> Colour:
+    """The colour with joints' uncompared rows as noise that may be anything, so no NaN spreads."""
+    unknown = joints & np.isnan(colour.past[..., -1])
+    var = colour.alike[0] / colour.scale**2 * unknown
+    past = np.where(unknown[..., None], 0.0, colour.past)
+    return changed(colour, past=past, doubt=colour.doubt + var.T[:, :, None] * np.eye(ORDER))
 
 
 def interrupted(colour: Colour) -> Colour:
     """The colour after a gap: later samples are not compared with those before it."""
     past, left = (np.full_like(old, np.nan) for old in (colour.past, colour.left))
-    return replace(colour, past=past, left=left)
+    return replace(colour, past=past, doubt=np.zeros_like(colour.doubt), left=left)
 
 
 def unlearnt(colour: Colour, before: Colour) -> Colour:
     """The colour as known `before`; residuals since then were not noise."""
     nothing = np.full_like(colour.left, np.nan)
-    return replace(before, past=colour.past, left=nothing, sample=colour.sample)
+    past, doubt = colour.past, colour.doubt
+    return replace(before, past=past, doubt=doubt, left=nothing, sample=colour.sample)
 
 
 def foreseen(colour: Colour, slow: Array) -> Array:

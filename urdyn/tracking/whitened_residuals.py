@@ -86,10 +86,11 @@ class ResidualWhitener(Generic[S]):
         residual = measured - modelled
         packed = self.currents.instrumental(u, now)
         y = residual + np.vecdot(per_unit, packed)
-        packed, y, noise = colour.whitened(past, packed, y)
+        lost = motion.comparable & np.isnan(now.current)
+        packed, y, sd, noise = colour.whitened(past, packed, y, lost)
         if colour.due(noise, self.period):
             noise = colour.giving_back(noise, *self._taken(hypothesis, u), self.period)
-        white = u.filtered(packed, noise.scale, noise.slow, noise.variance_scale.scale)
+        white = u.filtered(packed, sd, noise.slow, noise.variance_scale.scale)
         white = robust = self.currents.near(white, mean, hypothesis.payload)
         unforeseen = residual - colour.foreseen(past, mean[self.currents.places["slow"]])
         if hypothesis.change is None:
