@@ -12,7 +12,9 @@ from shop import Shop
 
 from urdyn.diagnose import diagnose
 from urdyn.diagnose.carried import ANYTHING
+from urdyn.diagnose.change import Push
 from urdyn.diagnose.collision import Collision
+from urdyn.diagnose.diagnosis import _told_of
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.pushed import BIN, LOUD, Bin, Pushed
 from urdyn.diagnose.rows import rows
@@ -360,3 +362,27 @@ def test_a_push_that_rises_slowly_began_before_it_was_loud(shop: Shop, rises: fl
     [found] = diagnose(shop.fit, with_current(log, current))
     begin, end = np.array(found.onset_interval_s) - log.t[0]
     assert found.kind == "collision" and begin < 4.0 < end < begin + 0.7
+
+
+def test_a_moment_with_a_push_is_not_learnt_from_though_the_arm_stands_afterwards(
+    shop: Shop,
+) -> None:
+    """Be it that it stands for a while, as after a protective stop, or until the end."""
+    log = shop.log(seconds=5.0)
+    diagnosis = shop.diagnosis(log)
+    known, state = rows(diagnosis.space, *shop.motion(log), unfelt(6)), diagnosis.init()
+    beats = range(0, len(known), diagnosis.pace.beat)
+    for at in beats:
+        state, _ = diagnosis.take(state, known.part(at, at + diagnosis.pace.beat))
+    *before, last = state.slow.waiting
+    standing = replace(known, t=known.t + 5.0, current=np.full_like(known.current, np.nan))
+    push = Push(False, last.begin, last.end)
+    assert diagnosis.slow.moment(state.slow, standing, push).waiting == tuple(before)
+    assert diagnosis.slow.concluded(state.slow, push).waiting == tuple(before)
+
+
+def test_of_two_pushes_in_a_moment_none_is_forgotten() -> None:
+    one, other = (Event("collision", 1, t, t + 0.1, 60.0, {}) for t in (2.0, 2.3))
+    both = _told_of(_told_of(Push(), [one], True), [other], False)
+    assert both == _told_of(Push(), [one, other], False)
+    assert both.within(1.9, 1.95) and both.within(2.35, 2.5) and not both.going

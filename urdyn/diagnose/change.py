@@ -10,7 +10,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Push:
-    """Whether something pushes the arm now, and when something last did."""
+    """Whether something pushes the arm now, and when something did."""
 
     going: bool = False
     begin: float = np.inf  # [s]

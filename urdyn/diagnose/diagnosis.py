@@ -176,9 +176,8 @@ class Diagnosis:
             found += more
         state, more = self._tells_again(state)
         found += more
-        state, more = self._changes(
-            replace(state, slow=self.slow.concluded(state.slow, state.fast.quiet.going))
-        )
+        slow = self.slow.concluded(state.slow, state.push)
+        state, more = self._changes(replace(state, slow=slow))
         return state, found + more
 
     def _tells_again(self, state: State) -> tuple[State, list[Finding]]:
@@ -201,7 +200,8 @@ class Diagnosis:
         if sick := [event.onset for event in events if _bends(event)]:
             slow = self.slow.unsaid(state.slow, min(sick))
             state = replace(state, slow=slow, moment=(believed,))
-        state, found = self._told(replace(state, push=_last(events, state.push)), events)
+        push = _told_of(state.push, events, fast.quiet.going)
+        state, found = self._told(replace(state, push=push), events)
         book = self.ledger.unjolted(state.book, state.fast.reversals.recurred)
         state = replace(state, book=book)
         first, last = state.moment[0].t[0], state.moment[-1].t[-1]
@@ -212,9 +212,8 @@ class Diagnosis:
 
     def _moment(self, state: State) -> tuple[State, list[Finding]]:
         """Process a moment that is over."""
-        push = replace(state.push, going=state.fast.quiet.going)
-        slow = self.slow.moment(state.slow, joined(state.moment), push)
-        return self._changes(replace(state, slow=slow, moment=()))
+        slow = self.slow.moment(state.slow, joined(state.moment), state.push)
+        return self._changes(replace(state, slow=slow, moment=(), push=Push(state.push.going)))
 
     def _told(self, state: State, events: Iterable[Event]) -> tuple[State, list[Finding]]:
         """Events as findings."""
@@ -272,7 +271,8 @@ def _bends(event: Event) -> bool:
     return event.kind in BENDS and event.says.mode not in ("dropped", "erratic")
 
 
-def _last(events: Iterable[Event], before: Push) -> Push:
-    """The last push; smoothed signals show it a little earlier."""
-    pushes = [(e.onset - BEAT, e.alarm) for e in events if e.kind == "collision"]
-    return Push(False, *pushes[-1]) if pushes else before
+def _told_of(push: Push, events: Iterable[Event], going: bool) -> Push:
+    """With what was told in a beat; smoothed signals show a push a little earlier."""
+    told = [event for event in events if event.kind == "collision"]
+    begin = min([push.begin, *(event.onset - BEAT for event in told)])
+    return Push(going, begin, max([push.end, *(event.alarm for event in told)]))

@@ -94,12 +94,11 @@ class Slow:
 
     def moment(self, state: SlowState, rows: Rows, push: Push) -> SlowState:
         """Process one moment; `found` are the changes that it settles."""
-        state = replace(state, found=())
+        state = _unpushed(replace(state, found=()), push)
         noise = self.space.noise * np.sqrt(state.learnt.loudness.power)
         means, begin, end = averaged(rows, self.period, noise), float(rows.t[0]), float(rows.t[-1])
         if means.count.sum() < ENOUGH:
             return state
-        state = _unpushed(state, push)
         if not push.within(begin, end):
             long = len(rows) * self.period
             moment = Waiting(means, pooled(means), told=(), begin=begin, end=end, long=long)
@@ -108,15 +107,12 @@ class Slow:
             state = self._gather(state)
         return self._settled(state, end)
 
-    def concluded(self, state: SlowState, pushed: bool) -> SlowState:
-        """The state at a recording's end; `found` are the changes that this settles.
-
-        Args:
-            pushed: something pushes the arm just now, perhaps in the waiting moments too.
-        """
+    def concluded(self, state: SlowState, push: Push) -> SlowState:
+        """The state at a recording's end; `found` are the changes that this settles."""
         last = state.waiting[-1].end if state.waiting else state.gathering.end
-        state = replace(state, found=())
-        told = self.judge.concluded(state if pushed else self._told_out(state))
+        state = _unpushed(replace(state, found=()), push)
+        # What pushes just now may have done so in the waiting moments too.
+        told = self.judge.concluded(state if push.going else self._told_out(state))
         # What is carried is decided with the waiting moments.
         told = replace(told, carrying=state.carrying, waiting=state.waiting)
         return self._settled(told, last, ended=True)

@@ -39,7 +39,7 @@ class State:
     beat: tuple[Rows, ...] = ()
     moment: tuple[Rows, ...] = ()
     book: Book = field(default_factory=Book)
-    push: Push = field(default_factory=Push)  # the last one
+    push: Push = field(default_factory=Push)  # in the moment, if any
     last: float = -np.inf  # [s] stamp of the last instant
     ahead: float = 0.0  # [s] ahead of the robot's clock, which was set back
 
