@@ -6,9 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from realarm import with_current
 
 import urdyn as ud
+from urdyn.diagnose.doubt import ITS_TWIN
 from urdyn.errors import InputError
+from urdyn.estimate import EKF
 from urdyn.io.run_folder import quiet
 
 
@@ -28,6 +31,15 @@ def test_a_track_is_diagnosed_and_its_page_says_the_same(shop, ur5e, tmp_path):
         ud.diagnose(track, log)
     with pytest.raises(InputError, match="with a log"):
         ud.diagnose(twin)
+
+
+def test_where_no_arm_explained_what_was_tracked_its_twin_is_looked_at_first(shop):
+    log = shop.log(seconds=6.0)
+    astray = ud.track(shop.fit, with_current(log, 5.0 * log.joint("actual_current")), EKF())
+    sound = ud.track(shop.fit, log.slice(0, 75), EKF())
+    assert astray.restarts > sound.restarts == 0
+    report = ud.diagnose(replace(sound, restarts=astray.restarts))
+    assert report.document["recommendation"]["text"].startswith(ITS_TWIN)
 
 
 def test_a_log_is_conditioned_for_its_own_arm_only(shop, ur5e):

@@ -90,6 +90,7 @@ def diagnose(
         identity={},
         source=source,
         rules=diagnosis.rules,
+        restarts=of.restarts if isinstance(of, Tracked) else 0,
     )
     return Report(tuple(found), document, tracker, log)
 

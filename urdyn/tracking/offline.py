@@ -35,6 +35,7 @@ class Tracked(Track):
     shown: Interest  # margins, energy and predictive error over the run
     setting: Setting  # the controller's payload setting at the end
     payload_known: bool  # the motion has told what is carried
+    restarts: int  # resets of the belief to the commissioned arm, as it was not credible
 
     @property
     def quantities(self) -> dict[str, Any]:
@@ -98,7 +99,7 @@ def track(
                 means.append(mean)
                 sds.append(sd)
                 surprises.append(reading.innovation)
-            known = weighed(reading.belief, tracker.currents)
+            last = reading
     if not t:
         raise LogError("too short, or too full of gaps, to be tracked", log.source.path)
     return Tracked(
@@ -111,7 +112,8 @@ def track(
         log=log,
         shown=shown,
         setting=setting,
-        payload_known=known,
+        payload_known=weighed(last.belief, tracker.currents),
+        restarts=state.restarts,
     )
 
 
