@@ -35,6 +35,7 @@ def test_of_many_findings_at_once_two_are_expected_to_be_right() -> None:
     again = in_company([*many, later])  # what was told is told again, no less
     assert [f.confidence for f in again] == [f.confidence for f in many] + [0.96]
     assert {f.evidence[ALONE] for f in again} == {0.96}
+    assert all(told is had for told, had in zip(again, many, strict=False))  # a day has hundreds
 
 
 @pytest.mark.parametrize("counts", ["[3, 2]", "[1]", "[0.5, 1]", "7"])

@@ -44,11 +44,19 @@ def in_company(findings: Sequence[Finding]) -> list[Finding]:
 
     It covers all findings reported so far.
     """
-    told, alarms = [], np.sort([f.alarm_s for f in findings if f.kind not in PASSING])
-    for finding in findings:
-        alone = finding.evidence.get(ALONE, finding.confidence)
-        first = np.searchsorted(alarms, finding.alarm_s - AT_ONCE, "right")
-        many = max(1, int(np.searchsorted(alarms, finding.alarm_s + AT_ONCE, "left") - first))
-        evidence = dict(finding.evidence) | {ALONE: alone}
-        told.append(replace(finding, confidence=alone * min(1.0, PAIR / many), evidence=evidence))
-    return told
+    alarms = np.array([f.alarm_s for f in findings])
+    lasting = np.sort([f.alarm_s for f in findings if f.kind not in PASSING])
+    first = np.searchsorted(lasting, alarms - AT_ONCE, "right")
+    many = np.searchsorted(lasting, alarms + AT_ONCE, "left") - first
+    shares = np.minimum(1.0, PAIR / np.maximum(many, 1))
+    return [_rated(f, share) for f, share in zip(findings, shares.tolist(), strict=True)]
+
+
+def _rated(finding: Finding, share: float) -> Finding:
+    """The finding with this share of its confidence alone; itself where that is what it has."""
+    alone = finding.evidence.get(ALONE, finding.confidence)
+    confidence = alone * share
+    if ALONE in finding.evidence and confidence == finding.confidence:
+        return finding  # pushes are many
+    evidence = dict(finding.evidence) | {ALONE: alone}
+    return replace(finding, confidence=confidence, evidence=evidence)
