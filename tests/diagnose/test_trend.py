@@ -13,7 +13,7 @@ from shop import Shop
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.ledger import RECENT, SERIES, thinned
 from urdyn.diagnose.onsets import Block
-from urdyn.diagnose.prognosis import WALKED, trend
+from urdyn.diagnose.prognosis import WALKED, Course, trend
 from urdyn.diagnose.straight import straight
 
 BLOCK = 5.0  # [s]
@@ -106,3 +106,8 @@ def test_what_is_remembered_of_weeks_is_from_all_of_them() -> None:
     t = np.array([level[0] for level in series])
     assert t[-RECENT:].tolist() == [BLOCK * k for k in range(many - RECENT, many)]
     assert np.diff(t).max() <= 2.0 * t[-1] / (SERIES - RECENT)
+
+
+def test_a_level_that_is_passed_is_reached_now_though_the_change_may_not_grow() -> None:
+    course = Course(t=0.0, size=0.6, size_sd=0.01, rate=0.001, rate_sd=0.002)
+    assert course.until(0.5) == {"median": 0.0, "lo": 0.0, "hi": 0.0}

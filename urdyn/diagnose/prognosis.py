@@ -43,7 +43,7 @@ class Course:
         """Median and 90 % interval of the time until |size| reaches `level` [s]; 0 if passed."""
         sizes, rates = self._draws
         left = (level - sizes) / np.where(rates > 0.0, rates, np.nan)
-        left = np.where(np.isnan(left), NEVER, np.clip(left, 0.0, NEVER))
+        left = np.where(sizes < level, np.fmin(left, NEVER), 0.0)
         lo, median, hi = (float(x) for x in np.quantile(left, [0.05, 0.5, 0.95]))
         return {"median": median, "lo": lo, "hi": hi}
 
