@@ -12,6 +12,7 @@ from urdyn.estimate import EKF
 from urdyn.io import write
 from urdyn.signal import Sample, samples
 from urdyn.tracking import Arrival, Tracker, open_source
+from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.joint_motion import STANDING
 from urdyn.tracking.losses import as_plain, counted, no_losses, too_sparse
 from urdyn.tracking.modes import QUICKER, mode_of
@@ -185,7 +186,8 @@ def test_a_joint_without_any_current_lacks_all_of_it(workshop, tmp_path):
 def test_a_quicker_mode_says_where_its_loss_is_printed(workshop, tmp_path):
     source = open_source(str(workshop.recording), rows=(0, 100))
     summary = workshop.track(tmp_path, source)
-    for mode, filter_ in ({"full": EKF()} | QUICKER).items():
+    for mode, filter_ in [("full", EKF()), ("realtime", Blocks(8)), *QUICKER.items()]:
+        assert mode_of(filter_) == mode
         said = verdict(summary | {"mode": mode_of(filter_)})
         assert ("`urdyn bench track` prints" in said) == (mode != "full")
 

@@ -52,7 +52,9 @@ class Loss:
 
 def mode_of(filter: Filter[Any]) -> str:
     """Name of a filter's mode."""
-    return next((name for name, quick in QUICKER.items() if quick == filter), "full")
+    if not isinstance(filter, Blocks):
+        return "full"
+    return "realtime" if filter.longest > 1 else "simplified"
 
 
 def side_by_side(fit: Fit, full: Filter[Any], samples: Sequence[Sample]) -> dict[str, Mode]:
