@@ -99,7 +99,7 @@ def summed(summary: dict[str, Any]) -> str:
     if found is None:
         return "not diagnosed"
     if not found and not any(summary["quality"]["compared"]):
-        return "not judged: no current was compared; track the arm while its joints move"
+        return "not judged: no current was compared: that takes joints that move and their currents"
     arm = [f"health index of the arm: {lasting(summary['arm'])}"] if "arm" in summary else []
     if not found:
         return "\n".join(["nothing found", *arm])
