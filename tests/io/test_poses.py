@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from urdyn.errors import LogError
+from urdyn.io.pose_columns import pose_columns
 from urdyn.io.poses import Poses, read_poses
 from urdyn.types import Array
 
@@ -84,6 +85,13 @@ def test_joints_have_several_names(tmp_path: Path, joints: list[str]) -> None:
     np.testing.assert_allclose(poses.q, q, atol=1e-12)
     assert poses.angles is None
     assert np.isnan(poses.turn).all()
+
+
+@pytest.mark.parametrize("other", ["marker", "robot_base_offset", "tcp"])
+def test_of_several_triples_the_measured_one_is_read(other: str) -> None:
+    measured, others = ([f"{owner}_{axis}" for axis in "xyz"] for owner in ("measurement", other))
+    for heads in ([*others, *measured], [*measured, *others]):
+        assert pose_columns(heads, (), "session.csv").place == tuple(measured)
 
 
 def test_a_controllers_own_poses_need_no_clock(tmp_path: Path) -> None:
