@@ -137,6 +137,13 @@ def test_algorithm_2_is_as_the_paper_writes_it() -> None:
     assert status.time_to_failure == pytest.approx((0.25 - 0.2025) / 0.0025)
 
 
+def test_algorithm_2_names_its_kind_where_one_parameter_of_two_is_beyond() -> None:
+    detector = Algorithm2(warning=0.2, critical=1.0, slope=0.005, reference_slope=0.01)
+    found = run(detector, np.stack([0.02 * np.arange(40.0), np.zeros(40)], axis=1))
+    assert found.alarm is not None and found.stream == 0
+    assert found.verdicts[found.alarm].kind == detector.kind
+
+
 def test_algorithm_2_turns_its_signs_for_what_falls() -> None:
     detector = Algorithm2(0.8, 0.7, 0.001, 0.005, side=-1.0, kind="health_degradation")
     z = 1.0 - 0.005 * np.maximum(np.arange(80) - 20.0, 0.0)
@@ -175,6 +182,22 @@ def test_a_change_within_the_tolerance_is_none() -> None:
     assert detect(moved, healthy).detected
     assert not detect(moved, healthy, tolerance=0.2).detected
     assert detect(moved + 0.15, healthy, tolerance=0.2).detected
+
+
+@pytest.mark.parametrize("detector", [GLR(), ShiryaevRoberts()])
+def test_what_swings_in_health_is_tolerated_and_outliers_and_gaps_are_no_swing(
+    detector: Any,
+) -> None:
+    rng, t = np.random.default_rng(3), np.arange(2000.0)[:, None]
+    white = rng.standard_normal((2000, 40))
+    swung = white + 0.5 * np.sin(2.0 * np.pi * t / 700.0 + rng.uniform(0.0, 2.0 * np.pi, 40))
+    wild, gaps = swung.copy(), swung.copy()
+    wild[::97] = 1e6 * rng.choice([-1.0, 1.0], wild[::97].shape)
+    gaps[::5] = np.nan
+    still, *told = (np.median(detector.taught(x).tolerance) for x in (white, swung, wild, gaps))
+    assert still == 0.0
+    # The variance of 40 batch means is known to sqrt(2 / 40); a median of 40 amplitudes, to .022.
+    np.testing.assert_allclose(told, 0.5, rtol=0.09)
 
 
 def test_a_side_that_does_not_matter_raises_nothing() -> None:
