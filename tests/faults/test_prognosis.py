@@ -14,6 +14,7 @@ from urdyn.faults.courses import RAMP, SHARES, UNEVEN, posterior, wandering, wid
 from urdyn.faults.futures import PARTS
 from urdyn.faults.onset import followed
 from urdyn.faults.prognosis import foresee
+from urdyn.faults.robust import SQUARE
 from urdyn.faults.wander import STEPS
 from urdyn.types import Array
 
@@ -25,6 +26,12 @@ def worn(sigma: float, steps: int, runs: int, seed: int) -> Array:
     t = np.arange(1.0, steps + 1.0)[:, None]
     noise = sigma * np.random.default_rng(seed).standard_normal((steps, runs))
     return np.asarray(LEVEL + RATE * np.maximum(t - ONSET, 0.0) + noise)
+
+
+def test_a_growth_widens_innovations_by_what_it_adds_in_a_step() -> None:
+    state = followed(stated_baseline(0.0, 1.0), np.arange(100.0))
+    squares, count = state.stride[:, 0]
+    assert squares / count == pytest.approx(0.5 / SQUARE, rel=1e-12)
 
 
 def test_the_posterior_is_bayes_rule_on_a_grid(monkeypatch: pytest.MonkeyPatch) -> None:
