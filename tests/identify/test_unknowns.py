@@ -89,6 +89,17 @@ def test_every_unknown_has_one_name(unknowns: Unknowns) -> None:
     assert unknowns.names[-10:] == tuple(f"payload_0.{x}" for x in COORDINATES)
 
 
+def test_data_may_contradict_what_is_known_of_the_last_link_and_of_low_structural_damping(
+    unknowns: Unknowns,
+) -> None:
+    link, *damping = unknowns.contradictable
+    names = [[unknowns.names[k] for k in one.scores] for one in (link, *damping)]
+    last = unknowns.prior.arm.link_names[-1]
+    assert names[0] == [f"{last}.{x}" for x in COORDINATES] and not link.below
+    assert names[1:] == [[f"{joint}.structural"] for joint in unknowns.prior.arm.joint_names]
+    assert all(one.below for one in damping)
+
+
 def test_what_is_not_sought_has_no_unknown(unknowns: Unknowns) -> None:
     plain = replace(
         unknowns, terms=(frozenset({"stribeck"}), *[frozenset()] * 5), gain=np.full(6, 11.0)
