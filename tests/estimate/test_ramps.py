@@ -10,7 +10,7 @@ from affine_models import ticks
 
 from urdyn.dbn import AffineObservation, Joined, RandomWalk, Trend, jumps
 from urdyn.errors import UrdynError
-from urdyn.estimate import Bank, Kalman, follow_ramp, ramp_bound, track
+from urdyn.estimate import Bank, InformationFilter, Kalman, follow_ramp, ramp_bound, track
 from urdyn.types import Array, Gaussian
 
 RATE = 0.0025  # per step, the paper's
@@ -58,6 +58,13 @@ def test_a_local_linear_trend_has_no_bias_on_a_ramp() -> None:
     found = track(Kalman(), model, ticks(400), RATE * np.arange(1, 401.0)[:, None])
     assert abs(found["f"][-1] - RATE * 400) < 1e-6
     assert found["f.rate"][-1] == pytest.approx(RATE, rel=1e-4)
+
+
+def test_what_moves_without_noise_is_kalmans_in_information_form_too() -> None:
+    model, y = trend(0.05, 0.01, 0.0), np.random.default_rng(1).standard_normal((30, 1))
+    plain, told = (track(f, model, ticks(30), y) for f in (Kalman(), InformationFilter()))
+    np.testing.assert_allclose(told.mean, plain.mean, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(told.sd, plain.sd, rtol=1e-6)
 
 
 def test_a_bank_with_one_onset_per_slice_is_bayes_rule() -> None:
@@ -187,6 +194,14 @@ def test_the_later_an_onset_is_expected_the_less_a_level_is_taken_for_a_ramp() -
     )
     # Its hazard is nine times less, and so are the odds of a ramp; of small odds, the belief.
     assert 0.0 < late.mean() < 0.5 * soon.mean()
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_where_no_direction_is_told_a_ramp_is_followed_as_if_it_were(sign: int) -> None:
+    y = sign * (ramp(20) + 0.02 * np.random.default_rng(39).standard_normal(STEPS))
+    told, untold = (follow_ramp(y, 0.02, direction=way)["f.rate"] for way in (sign, 0))
+    # Twenty steps on, the odds of the other way are below 1e-3.
+    np.testing.assert_allclose(untold[40:], told[40:], rtol=1e-3)
 
 
 @pytest.mark.parametrize(
