@@ -83,6 +83,16 @@ def test_shiryaev_roberts_sums_over_all_onsets() -> None:
     assert found.evidence[-1] == pytest.approx(M / 1e9, rel=1e-12)
 
 
+@pytest.mark.parametrize("rate", [0.004, 0.05, 0.8])
+def test_a_ramp_passes_its_cells_at_its_rate(rate: float) -> None:
+    """But for the last cell, whose mean is clipped."""
+    grid = cells(rates=(rate,), steps=(), variances=())
+    rising = grid.side > 0.0
+    mean, move, stay = (of[rising] for of in (grid.tilt, grid.move, grid.stay))
+    np.testing.assert_allclose((np.diff(mean) * move[1:])[:-1], rate, rtol=1e-12)
+    np.testing.assert_allclose(stay[:-1] + move[1:], 1.0, rtol=1e-12)
+
+
 def test_the_likeliest_onset_never_says_more_than_all() -> None:
     y = ramps(rate=0.05)
     for rows in (y, -y, y[::-1]):
