@@ -14,6 +14,7 @@ from urdyn.model.consistency import is_consistent, log_cholesky
 from urdyn.model.library import names
 from urdyn.model.population import (
     IDENTIFIED_GAIN,
+    MASS_SPREAD,
     MAX_TAIL,
     OPTIONAL,
     RATED_TORQUE,
@@ -56,6 +57,15 @@ def test_draws_have_the_mean_and_spread_that_are_believed(arms_of_a_type: Popula
     each = np.sum(z**2, axis=0)  # and no coordinate makes up for another
     assert chi2.ppf(low / z.shape[1], DRAWS) < each.min()
     assert each.max() < chi2.ppf(1.0 - low / z.shape[1], DRAWS)
+
+
+def test_masses_of_links_are_spread_as_is_told(arms_of_a_type: Population) -> None:
+    """Each by itself, of a logarithm: chi-square of as many as there are draws."""
+    rng, typical = np.random.default_rng(2), arms_of_a_type.typical().inertials[:, 0]
+    mass = np.array([arms_of_a_type.draw(rng).inertials[:, 0] for _ in range(DRAWS)])
+    found = np.sum((np.log(mass / typical) / MASS_SPREAD) ** 2, axis=0)
+    tail = CHANCE / (2.0 * len(typical))
+    assert (chi2.ppf(tail, DRAWS) < found).all() and (found < chi2.ppf(1.0 - tail, DRAWS)).all()
 
 
 def test_every_draw_can_be_built(arms_of_a_type: Population) -> None:
