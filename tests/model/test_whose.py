@@ -138,6 +138,14 @@ def test_torques_at_rest_tell_which_arm_it_was(true: str) -> None:
             assert f"what a {true} takes" in misweighed(shipped(named), log)
 
 
+def test_torques_of_an_arm_of_which_one_joint_moves_tell_nothing() -> None:
+    """Friction and acceleration are in them too."""
+    log = resting("ur10e", np.zeros(4), False)
+    moving = log.channels | {"actual_qd": np.tile([0.1, *np.zeros(5)], (ROWS, 1))}
+    assert misweighed(shipped("ur10"), log)
+    assert misweighed(shipped("ur10"), replace(log, channels=moving)) == ""
+
+
 def test_a_payload_that_nobody_tells_makes_no_other_arm() -> None:
     """Chance would have to hit six torques to EXACT of their size."""
     rng, wrong = np.random.default_rng(7), 0
