@@ -16,15 +16,17 @@ import pytest
 
 import urdyn as ud
 from urdyn import errors
-from urdyn.dbn import AffineObservation, Joined, RandomWalk, Tick
+from urdyn.dbn import AffineObservation, Joined, RandomWalk, Tick, compile_linear, figure2
 from urdyn.errors import InputError
 from urdyn.estimate import Kalman, Track, track
+from urdyn.faults import ShiryaevRoberts, Whitened, stated_baseline
 from urdyn.io.poses import Poses
 from urdyn.model.arm import Arm
 from urdyn.model.cell import Solid
 from urdyn.model.population import population
 from urdyn.signal import Scaling
 from urdyn.simulate import Payload, Trajectory
+from urdyn.tracking.abrupt_changes import no_evidence
 from urdyn.types import Defect, Gaussian, Log, Motion, Parameters, Source
 
 ONE, TWO, ROWS = np.ones(1), np.ones(2), np.ones((3, 6))
@@ -52,6 +54,10 @@ PRIOR = Gaussian(TWO, np.eye(2))
         (lambda: RandomWalk(("a", "b"), PRIOR, ONE), r"diffusion .* \(1,\); .* \(2,\)"),
         (lambda: RandomWalk(("a",), PRIOR, ONE), r"the prior's mean .* \(2,\); .* \(1,\)"),
         (lambda: Track(("a", "b"), ONE, np.ones((1, 2)), ONE, ()), r"sd .* \(1,\); .* \(1, 2\)"),
+        (
+            lambda: Track(("a", "b"), ONE, *np.ones((2, 1, 2)), (), cov=np.eye(2)),
+            r"cov .* \(2, 2\); .* \(1, 2, 2\)",
+        ),
         (lambda: Payload(1.0, TWO), r"com .* \(2,\); .* \(3,\)"),
         (lambda: Poses(TWO, ROWS[:2, :3]), r"q has the shape \(2,\); .* poses x joints"),
         (lambda: Poses(ROWS, ROWS[:2, :3]), r"place .* \(2, 3\); .* \(3, 3\)"),
@@ -111,6 +117,21 @@ def test_an_error_in_another_process_says_the_same_and_carries_its_evidence() ->
         error = kind(*evidence)
         sent = pickle.loads(pickle.dumps(error))
         assert (type(sent), str(sent), vars(sent)) == (kind, str(error), vars(error))
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        Poses(ROWS, ROWS[:, :3], ROWS[:, 3:]),
+        compile_linear(figure2(), {node.name: 1 for node in figure2().parameters}),
+        Whitened(stated_baseline(0.0, ONE), ShiryaevRoberts()).init(1),
+        no_evidence(6),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_nobody_writes_into_a_value(value: object) -> None:
+    arrays = [held for held in leaves(value) if isinstance(held, np.ndarray)]
+    assert arrays and not any(held.flags.writeable for held in arrays)
 
 
 @pytest.mark.parametrize("verb", [ud.diagnose, ud.identify, ud.simulate])
