@@ -98,6 +98,23 @@ def test_a_drive_is_blamed_alone(arm, joint, size):
     assert what.payload is None and np.flatnonzero(what.drives).tolist() == [joint]
 
 
+@pytest.mark.parametrize("window", [0, 1])
+def test_what_changed_is_told_by_the_sums_that_are_surer(arm, window):
+    """A drive by some, and a light payload by the others."""
+    rng, shapes = np.random.default_rng(6), signatures(6, arm.drive)
+    noise = rng.standard_normal((LASTING, J))
+    worn = noise.copy()
+    worn[:, 2] += 1.2 * shapes.drives[:, 2, 0] * arm.drive.coulomb[2]
+    light = noise + shapes.payload @ [0.05, 0.0, 0.0, 0.004]
+    sizes, sums = PriorScales.of(arm.drive), told(shapes, light).sums.copy()
+    evidence = told(shapes, worn)
+    sums[window] = evidence.sums[window]
+    evidence = replace(evidence, sums=sums)
+    assert 0.0 < log_odds(evidence, sizes)[1 - window].max() < log_odds(evidence, sizes).max()
+    what, _ = detect(evidence, sizes, np.zeros(10))
+    assert what.payload is None and np.flatnonzero(what.drives).tolist() == [2]
+
+
 @pytest.mark.parametrize("joint", range(J))
 @pytest.mark.parametrize("share", [0.0, 0.3])
 @pytest.mark.parametrize("longer", [[3.0, 0.0], [0.0, 5.0]])
