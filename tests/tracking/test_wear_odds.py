@@ -60,6 +60,14 @@ def test_what_fades_while_a_rate_leads_it_moves_as_its_jacobian_says() -> None:
     np.testing.assert_allclose(F, wear.transition(unit, u).T, rtol=1e-14)
 
 
+def test_two_changes_that_befall_the_same_states_are_as_wide_as_both() -> None:
+    wear, known = asked().wear, Gaussian(np.zeros(STATES), np.zeros((STATES, STATES)))
+    twice = replace(wear, jolts=(*wear.jolts, *wear.jolts))
+    one, both = (of.befallen(known, np.ones(1), False).cov for of in (wear, twice))
+    assert one.any()
+    np.testing.assert_allclose(both, 2.0 * one)
+
+
 def told(before: Gaussian, now: Gaussian) -> WearOdds:
     """Of drives that do not stray."""
     return asked().compared(before, now, SPAN, False)

@@ -155,9 +155,9 @@ class Wear:
         """Variance of such changes, (n,)."""
         variance = np.zeros(len(self.names))
         for jolt, rates in zip(self.jolts, self._rates, strict=True):
-            variance[jolt.at] = jolt.sd**2 * drives
+            variance[jolt.at] += jolt.sd**2 * drives
             if wears and len(rates):
-                variance[rates] = jolt.rate**2 * drives
+                variance[rates] += jolt.rate**2 * drives
         return variance
 
     def _led(self, x: Array, span: float) -> Array:
