@@ -161,7 +161,7 @@ def test_a_payload_within_its_interval_is_not_told_from_none(tmp_path):
 
 def test_a_payload_that_the_motion_does_not_tell_is_no_headline(quiet):
     said = headline(track_page(History((quiet,)), summary(payload_known=False)))
-    assert "This motion says too little of the payload." in said and "2.00" not in said
+    assert "The currents say too little of the payload." in said and "2.00" not in said
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,9 @@ from once import fitted
 from rich.console import Console
 from workshop import KilledError, killed_at
 
+from urdyn.cli.announcing import hand
 from urdyn.cli.watching import table, verdict
-from urdyn.errors import TwinError
+from urdyn.errors import InputError, TwinError
 from urdyn.estimate import EKF
 from urdyn.identify import identify
 from urdyn.io import write
@@ -32,6 +33,7 @@ from urdyn.simulate import (
 from urdyn.tracking import Tracker, open_source, run
 from urdyn.tracking.beside import beside
 from urdyn.tracking.offline import track
+from urdyn.tracking.physical import KNOWN
 from urdyn.tracking.setting import LEAST, STOOD, Setting, agrees, at_the_end, compared
 from urdyn.twin import Twin
 
@@ -148,6 +150,19 @@ def test_a_load_is_told_once_the_motion_has_told_it():
     assert summary["payload_known"] and "kg" in verdict(summary)
     unknown = verdict(summary | {"payload_known": False, "payload_setting": None})
     assert "payload not known" in unknown and "kg" not in unknown
+
+
+def test_a_load_is_not_told_while_a_current_sensor_is_at_fault(tmp_path):
+    """A bias of one joint's current passes for a load, however small the load's sd is."""
+    ill = {"kind": "sensor_fault", "name": "shoulder_lift_joint", "gone": False}
+    looking = MagicMock(findings=())
+    looking.finish.return_value = {"findings": [ill]}
+    summary = tracked(picked().slice(0, 200), True, tmp_path, observer=looking)
+    assert summary["final"]["payload.mass"]["sd"] < KNOWN and not summary["payload_known"]
+    fit, (well, _) = tooled(True)[1], half_a_kilogram(True)
+    with pytest.raises(InputError, match="current sensor of shoulder_lift_joint is at fault"):
+        hand(fit, well | {"findings": [ill]}, ["payload"], tmp_path)
+    assert hand(fit, well | {"findings": [ill | {"gone": True}]}, ["payload"], tmp_path)
 
 
 def test_a_recording_tracked_in_one_call_tells_the_setting_too():

@@ -77,13 +77,12 @@ def hand(fit: ud.Fit, summary: dict[str, Any], asked: Collection[str], out: Path
     """Write the tracked model in the forms that a controller was promised; returns the files."""
     from urdyn.io import write_text
 
-    final = summary["final"]
     makers = {"urdf": ("current.urdf", _urdf), "payload": ("payload.script", _payload)}
     written = []
     for word in asked:
         name, make = makers[word]
         (out / name).unlink(missing_ok=True)  # of the run before, and out of date
-        write_text(out / name, make(fit, final))
+        write_text(out / name, make(fit, summary))
         written.append(out / name)
     return written
 
@@ -114,10 +113,11 @@ def _ros(publish: Collection[str]) -> tuple[Voice, Callable[[], Iterator[str]]]:
     return Voice(dds_types(), dds_publish(at), **wanted), dds_acknowledgements(at)
 
 
-def _urdf(fit: ud.Fit, final: Final) -> str:
+def _urdf(fit: ud.Fit, summary: Mapping[str, Any]) -> str:
     """The bare arm with its links' masses; `payload` has what it carries."""
     from urdyn.model.describe import describe
 
+    final: Final = summary["final"]
     arm = fit.dynamics.arm
     inertials = np.array(fit.dynamics.inertials)
     mass = np.array([final[f"{link}.mass"]["mean"] for link in arm.link_names])
@@ -125,7 +125,7 @@ def _urdf(fit: ud.Fit, final: Final) -> str:
     return describe(arm, inertials * (mass / inertials[:, 0])[:, None], "urdyn: as tracked")
 
 
-def _payload(fit: ud.Fit, final: Final) -> str:
+def _payload(fit: ud.Fit, summary: Mapping[str, Any]) -> str:
     """`set_payload` of URScript: mass [kg], centre of mass at the flange [m].
 
     It includes the tool where that is known, else it is what is carried beside the tool. InputError
@@ -133,8 +133,13 @@ def _payload(fit: ud.Fit, final: Final) -> str:
     """
     from urdyn.tracking.physical import KNOWN, PAYLOAD
     from urdyn.tracking.setting import settable
+    from urdyn.tracking.summary import ill_sensors
     from urdyn.types import NORMAL90
 
+    if ill := ill_sensors(summary):
+        told = f"the current sensor of {' and '.join(ill)} is at fault, which looks like a load"
+        raise InputError(f"--hand-over payload: {told}; repair it and track again")
+    final: Final = summary["final"]
     load, sd = [final[f"payload.{name}"]["mean"] for name in PAYLOAD], final["payload.mass"]["sd"]
     told = f"± {NORMAL90 * sd:.2f} kg (90 %)"
     if sd > KNOWN:

@@ -45,7 +45,7 @@ MISSING = (
     "the average surprise is {}, where 1 or less is expected: something is missing from the model, "
     "and its intervals are too narrow"
 )
-UNWEIGHED = "payload not known: this motion says too little of it"
+UNWEIGHED = "payload not known: the currents say too little of it"
 SILENT = 1e-3  # [-] of a joint's samples without a current: fewer do not matter
 QUICK = "mode {} is less accurate than full: `urdyn bench track` prints by how much"
 SLOW = "it fell behind the robot: --mode realtime is quicker, and --rate asks for fewer samples"

@@ -37,7 +37,7 @@ from urdyn.tracking.row import row, spacing
 from urdyn.tracking.setting import agrees, at_the_end
 from urdyn.tracking.source import Arrival, Source, now
 from urdyn.tracking.state import begun_anew
-from urdyn.tracking.summary import Summary, final, quality
+from urdyn.tracking.summary import Summary, final, ill_sensors, quality
 from urdyn.tracking.tracker import Tracker
 from urdyn.version import __version__
 
@@ -220,6 +220,7 @@ class _Run(Generic[S]):
         changes = self._finish(at)
         told = final(self.tracker, self.quantities, at)
         known = weighed(self.tracker.believed(at.state), self.tracker.currents)
+        known = known and not ill_sensors(found)
         summary = Summary(
             robot=arm.name,
             samples=at.index,

@@ -36,12 +36,24 @@ class Summary:
     quantities: Mapping[str, Any]  # margins, power and predictive error, joint by joint
     quality: Mapping[str, Any]  # of the stream
     payload_changes: list[float]  # [s]
-    payload_known: bool  # the motion has told what is carried; else its mean may be far off
+    payload_known: bool  # currents have told what is carried; else its mean may be far off
     payload_setting: Mapping[str, Any] | None  # of the controller; None: not reported
 
     def plain(self) -> dict[str, Any]:
         """The document."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
+
+
+def ill_sensors(found: Mapping[str, Any]) -> list[str]:
+    """Joints whose current sensor is not to be trusted, so that it weighs no payload.
+
+    A bias of a current is explained by another load, drive and zero at once, each of them wrong.
+
+    Args:
+        found: an observer's document; one without findings names none.
+    """
+    findings = found.get("findings", ())
+    return [f["name"] for f in findings if f["kind"] == "sensor_fault" and not f["gone"]]
 
 
 def final(tracker: Tracker[S], of: Quantities, at: Checkpoint[S]) -> dict[str, Any]:

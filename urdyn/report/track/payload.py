@@ -20,9 +20,9 @@ OUTSIDE = "estimates that have not settled may lie outside; double-click to see 
 
 
 def carried(history: History, changed: Sequence[float], known: bool) -> str:
-    """The payload now, and since when; `known`: the motion has told it."""
+    """The payload now, and since when; `known`: the currents have told it."""
     if not known:
-        return f"This motion says too little of the payload{_since(changed, history.clock)}."
+        return f"The currents say too little of the payload{_since(changed, history.clock)}."
     mass = history.series(PAYLOAD, "mass")
     now = f"{interval90(float(mass.mean[-1]), float(mass.sd[-1]))} kg"
     if abs(mass.mean[-1]) < 2.0 * mass.sd[-1]:
