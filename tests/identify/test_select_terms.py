@@ -111,6 +111,18 @@ def test_ripple_and_warmth_are_found_and_taken_for_nothing_else(
     assert selected(point, 2) == (frozenset(terms),) * 6
 
 
+@pytest.mark.parametrize(("over", "sought"), [(1.0, False), (15.0, True), (np.nan, False)])
+def test_warmth_is_sought_only_where_temperatures_vary_more_than_friction_does_without(
+    over: float, sought: bool, ur5e: Arm
+) -> None:
+    """Two runs a kelvin apart differ in friction anyway; in the others it is the kind's."""
+    motion = excited(planted(ur5e, 2, 0.0), 2, np.zeros(6)).slice(0, 300)
+    apart = np.where(np.arange(6) < 3, over, 0.0)
+    warmer = replace(motion, temperature=motion.temperature + apart)
+    terms = _start(ur5e, [Run(motion), Run(warmer)], None, np.zeros(10)).unknowns.terms
+    assert ["thermal" in of for of in terms] == [sought] * 3 + [False] * 3
+
+
 def sticking(point: Dynamics, seed: int) -> list[Run]:
     """Joints that half of the friction they slide with holds for 30 ms after they turned round."""
     rng = np.random.default_rng(seed)

@@ -46,6 +46,9 @@ ALIKE = 1.2  # [-] ratio of sampling periods up to which rates count as equal
 DAMPING = 0.5  # share of a shaping step to take: presliding and Stribeck trade off
 FOLDS = 6
 PROBE = 2e-3  # [s] to either side, in the search for when friction reverses
+# [K] that temperatures have to vary: over less, the 2 % by which a sound joint's viscous friction
+# strays otherwise from run to run would count for more than an arm's kind tells, ± 0.4 %/K.
+WARMED = 5.0
 MAX_LEAD = 0.03  # [s] largest known lead of a controller
 
 
@@ -112,8 +115,8 @@ def search(
 def _start(arm: Arm, runs: Sequence[Run], gain: Array | None, tool: Array) -> State:
     payloads = tuple(run.payload for run in runs if run.payload)
     temperature = mean_measured(np.concatenate([run.motion.temperature for run in runs]))
-    measurable = OPTIONAL if np.isfinite(temperature).any() else OPTIONAL - {"thermal"}
-    unknowns = Unknowns(population(arm), (measurable,) * arm.joints, gain, payloads, tool)
+    terms = tuple(OPTIONAL if told else OPTIONAL - {"thermal"} for told in _warmed(runs))
+    unknowns = Unknowns(population(arm), terms, gain, payloads, tool)
     one = np.ones(arm.joints)
     unit = Noise(one, one, GAUSSIAN * one, np.zeros((arm.joints, 0)))
     rates = _rates(runs)
@@ -124,6 +127,13 @@ def _start(arm: Arm, runs: Sequence[Run], gain: Array | None, tool: Array) -> St
 
     start, noises = np.zeros(len(unknowns.mean)), (unit,) * len(runs)
     return State(unknowns, start, noises, temperature, _of_each(rates, band))
+
+
+def _warmed(runs: Sequence[Run]) -> Mask:
+    """Joints whose temperature varied enough to tell the effect of warmth on friction, (J,)."""
+    seen = np.concatenate([run.motion.temperature for run in runs])
+    coldest, warmest = np.fmin.reduce(seen), np.fmax.reduce(seen)  # NaN where none was measured
+    return np.asarray(warmest - coldest >= WARMED)
 
 
 def _shape(state: State, runs: Sequence[Run], progress: Progress) -> State:
