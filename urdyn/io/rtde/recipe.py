@@ -17,7 +17,8 @@ from urdyn.types import Array
 Rows = NDArray[np.void]  # (N,) structured: one row per package, one field per variable
 Values = Mapping[str, Any]  # RTDE name -> number, or six or three of them; SI
 
-# What identification, tracking and diagnosis read, and what shows when not to believe it.
+# What identification, tracking and diagnosis read, and beside it what people need to explain a
+# recording: what was commanded, how fast a program ran, and when and why the controller stopped.
 DEFAULT: tuple[str, ...] = (
     "timestamp",
     *("target_q", "target_qd", "target_qdd", "target_current", "target_moment"),
