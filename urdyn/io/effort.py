@@ -43,7 +43,8 @@ class Effort:
         if self.unit is None:
             raise LogError(
                 "does not say what its efforts are: give --effort-unit A (motor current, as "
-                "UR's driver publishes it) or --effort-unit Nm (joint torque)",
+                "UR's driver publishes it) or --effort-unit Nm (joint torque); in Python "
+                'effort=Effort("A") or Effort("Nm", gain)',
                 path,
             )
 

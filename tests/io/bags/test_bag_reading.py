@@ -54,7 +54,7 @@ def test_torques_are_divided_by_the_gains(tmp_path):
 
 def test_nobody_guesses_what_effort_is(tmp_path):
     path = bag(tmp_path / "bag", joint_states(9))
-    with pytest.raises(LogError, match=r"--effort-unit A .* or --effort-unit Nm"):
+    with pytest.raises(LogError, match=r"--effort-unit A .* or --effort-unit Nm.* effort=Effort\("):
         read(path)
     assert "actual_q" in read(path, channels=("actual_q",))  # nobody asks for effort here
     with pytest.raises(InputError, match="drive gains"):
