@@ -424,7 +424,8 @@ def test_how_surely_an_arm_lasts_is_told_where_its_diagnosis_says_so(folders):
     arm = {"health_index": 0.34, "horizon_h": 24.0, "judged": True}
     path = folders[0] / "findings.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {"arm": arm}))
-    assert shown(folders).replace("\u00a0", " ").count("health index 34 % that no joint fails") == 1
+    said = "health index 34 % that no joint becomes critical"
+    assert shown(folders).replace("\u00a0", " ").count(said) == 1
     document = told(gather(folders, NOW, DAY))["robots"]
     assert [r["health_index"] for r in document] == [0.34, *[None] * (len(folders) - 1)]
     assert document[0]["horizon_h"] == 24.0

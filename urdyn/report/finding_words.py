@@ -104,7 +104,7 @@ def lasting(arm: Mapping[str, Any]) -> str:
 def sound(arm: Mapping[str, Any]) -> str:
     """The event whose probability is an arm's health index."""
     few = "" if arm["judged"] else ", as far as they were judged"
-    return f"that no joint fails within {number(arm['horizon_h'])} h{few}"
+    return f"that no joint becomes critical within {number(arm['horizon_h'])} h{few}"
 
 
 def passed(times: Mapping[str, float]) -> bool:
