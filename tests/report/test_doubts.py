@@ -12,7 +12,14 @@ from urdyn.identify import Fit, Score, batch, identify, validate
 from urdyn.identify.another_load import another_load
 from urdyn.identify.scoring import amiss_in
 from urdyn.model.arm import Arm
-from urdyn.report.identify.doubts import doubts, picked, slopes, unexplained, unmeasured
+from urdyn.report.identify.doubts import (
+    doubts,
+    otherwise_warm,
+    picked,
+    slopes,
+    unexplained,
+    unmeasured,
+)
 from urdyn.report.identify.page import identify_page
 from urdyn.signal import condition
 from urdyn.simulate import Payload, simulate
@@ -157,3 +164,20 @@ def test_currents_that_are_all_zero_are_refused(ur5e: Arm, log: Log) -> None:
     nothing = currents(log, np.zeros((len(log), 6)))
     with pytest.raises(IdentifiabilityError, match="all currents are zero"):
         identify(ur5e, condition(nothing))
+
+
+@pytest.mark.parametrize(
+    ("warmer", "said"), [(4.0, ""), (-12.0, "12 K colder"), (12.0, "12 K warmer"), (np.nan, "")]
+)
+def test_an_arm_of_another_warmth_is_doubted_where_the_twin_does_not_know_that(
+    identified: Fit, score: Score, warmer: float, said: str
+) -> None:
+    drive = identified.dynamics.drive
+    warm = np.tile(drive.temperature + warmer, (len(score.log), 1))
+    log = replace(score.log, channels={**score.log.channels, "joint_temperatures": warm})
+    knows = replace(drive, thermal=np.where(np.arange(6) < 5, -0.1, 0.0))
+    fit = replace(identified, dynamics=replace(identified.dynamics, drive=knows))
+    told = otherwise_warm(fit, [replace(score, log=log)])
+    assert [said in why and "wrist 3" in why and "elbow" not in why for why in told] == (
+        [True] * bool(said)
+    )

@@ -13,10 +13,11 @@ from urdyn.model.whose import misweighed
 from urdyn.report.digits import interval90, number
 from urdyn.report.evidence import UNSEEN, pool, seen, telling
 from urdyn.report.names import joints
-from urdyn.signal.channels import has_velocities
+from urdyn.signal.channels import has_velocities, mean_measured
 
 LEVEL, LITTLE = 0.9, 0.5  # [-] coverage of the intervals; of that, in a wrong arm's twin
 FAR = 4.0  # [sd] of the spread within a type: right arms were within 1.3, others beyond 4
+WARMER = 5.0  # [K] beyond which viscous friction changes by more than the 7 % of any other day
 NOTHING = 100.0  # [%] error of a model that predicts zero
 WORSE = 2.0  # [-] times the controller's error; fits to sound logs were at 1.02 at most
 PIECE = 0.2  # [-] of a fit's residual, that a load explains: 0.05 in sound logs, 0.4 with pieces
@@ -47,6 +48,10 @@ SLOPES = (
 SKEWED = (
     "currents are {} ms {} beside the motion, more than recorders skew streams by, and friction "
     "and inertia may be as wrong: record both in one stream, at 100 Hz or more"
+)
+OTHERWISE_WARM = (
+    "joints were up to {} K {} than in the twin's logs, which do not tell what warmth does to {}: "
+    "friction differs by more than the intervals say; compare warm with warm"
 )
 UNMEASURED = "no current of {} is in any log: its values are only what is typical"
 
@@ -83,6 +88,18 @@ def misnamed(fit: Fit, scores: Sequence[Score]) -> list[str]:
     """Logs whose controller is another type of arm's, by the torques that it commands."""
     told = {s.log.source.path: misweighed(fit.dynamics.arm, s.log) for s in scores}
     return [f"{path}: {why}" for path, why in told.items() if why]
+
+
+def otherwise_warm(fit: Fit, scores: Sequence[Score]) -> list[str]:
+    """Logs of an arm colder or warmer than its twin, by more than intervals allow for."""
+    drive = fit.dynamics.drive
+    each = np.array([mean_measured(s.log.joint("joint_temperatures")) for s in scores])
+    apart = np.where(drive.thermal == 0.0, np.nan_to_num(each - drive.temperature), 0.0)
+    most = float(apart.flat[np.argmax(np.abs(apart))])
+    if abs(most) <= WARMER:
+        return []
+    which = _named(fit, np.abs(apart).max(axis=0) > WARMER)
+    return [OTHERWISE_WARM.format(number(abs(most)), "warmer" if most > 0.0 else "colder", which)]
 
 
 def unmeasured(fit: Fit, scores: Sequence[Score]) -> list[str]:
