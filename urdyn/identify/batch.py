@@ -13,6 +13,7 @@ from urdyn.given import given_a, given_each, given_motion
 from urdyn.identify.design import blocks
 from urdyn.identify.enough import dead, goes_somewhere, too_few
 from urdyn.identify.fit import Fit
+from urdyn.identify.instrument import steadied
 from urdyn.identify.search import Run, search
 from urdyn.model.arm import Arm
 from urdyn.model.consistency import is_consistent
@@ -42,16 +43,13 @@ def identify(
         progress: called with what is being done, and the share that is done.
 
     Raises:
-        InputError: there is no motion; the gains are not one per joint, finite and above 0; the
-            tool is not a body.
+        InputError: the gains are not one per joint, finite and above 0; the tool is not a body.
         IdentifiabilityError: nothing moves, or there are too few data.
     """
     given_a(arm, Arm, "arm", "as urdyn.load_arm(name) gives")
     runs = [*map(Run, motions), *(given_a(run, Run, "loaded", "of a motion") for run in loaded)]
     for run in runs:
         given_motion(run.motion)
-    if not runs:
-        raise InputError("no motion to identify from; give one, as urdyn.condition(log) gives")
     if gain is not None:
         gain = given_each(gain, "gain", (arm.joints,), "finite numbers above 0", _possible)
     if tool is not None:
@@ -59,15 +57,15 @@ def identify(
     _check(arm, runs)
     # The matrices are small: linear algebra threads would wait for one another.
     with threadpool_limits(1):
-        return search(arm, [_alive(run) for run in runs], gain, tool, progress)
+        prepared = [replace(run, motion=steadied(_alive(run.motion))) for run in runs]
+        return search(arm, prepared, gain, tool, progress)
 
 
-def _alive(run: Run) -> Run:
-    """A run without the currents of dead sensors, which would be taken for friction."""
-    motion = run.motion
+def _alive(motion: Motion) -> Motion:
+    """A motion without the currents of dead sensors, which would be taken for friction."""
     if not (ill := dead(motion.q, motion.current)).any():
-        return run
-    return replace(run, motion=replace(motion, current=np.where(ill, np.nan, motion.current)))
+        return motion
+    return replace(motion, current=np.where(ill, np.nan, motion.current))
 
 
 def _borne(tool: Array) -> Array:
