@@ -203,8 +203,8 @@ def test_a_joint_is_one_level_of_a_topic_whatever_its_name():
     names = ("elbow#1", "a+b", "a/b", "a%2Fb", "plain_joint")
     values = {part: {"coulomb": 1.0} for part in (*names, "payload")}
     Broker(client, "r").tell(replace(snapshot(), joints=names, mean=values, sd=values), STATUSES)
-    first, *joints, last = said
-    assert (first, last) == ("urdyn/r/status", "urdyn/r/payload")
+    first, *joints, payload, online = said
+    assert [first, payload, online] == [f"urdyn/r/{of}" for of in ("status", "payload", "online")]
     assert not any(sign in topic for topic in said for sign in "#+")
     levels = [topic.split("/") for topic in joints]
     assert [unquote(level) for *_, level in levels] == [*names]
