@@ -81,7 +81,7 @@ def test_a_failure_is_one_line(
         raise error
 
     monkeypatch.setattr(ud.Twin, "load", fail)
-    done = CliRunner().invoke(app, ["validate", "twin.toml", "log.csv"])
+    done = CliRunner().invoke(app, ["validate", __file__, "log.csv"])
     assert (done.exit_code, done.stdout, done.stderr) == (status, "", told)
 
 
@@ -90,8 +90,8 @@ def test_an_error_of_ours_asks_to_be_reported(monkeypatch: pytest.MonkeyPatch) -
         raise ZeroDivisionError("ours")
 
     monkeypatch.setattr(ud.Twin, "load", fail)
-    done = CliRunner().invoke(app, ["validate", "twin.toml", "log.csv"])
+    done = CliRunner().invoke(app, ["validate", __file__, "log.csv"])
     assert done.exit_code == 1 and done.stderr.count("\n") == 1
     assert "unexpected ZeroDivisionError: ours" in done.stderr and "report it" in done.stderr
     monkeypatch.setenv(failure.DEBUG, "1")
-    assert "Traceback" in CliRunner().invoke(app, ["validate", "twin.toml", "log.csv"]).stderr
+    assert "Traceback" in CliRunner().invoke(app, ["validate", __file__, "log.csv"]).stderr

@@ -181,7 +181,8 @@ def test_a_constant_error_passes_a_filter_as_its_doubt_does(currents, motion):
     colour = replace(first(noise, u.packed.shape[1], 0.01), ar=ar)
     drawn = currents.per_unit(state(currents), u)
     for _ in range(ORDER + 1):
-        packed, y, colour = whitened(colour, u.packed, (drawn * u.packed).sum(axis=1) + off)
+        drawn_off = (drawn * u.packed).sum(axis=1) + off
+        packed, y, _, colour = whitened(colour, u.packed, drawn_off, np.zeros(6, dtype=bool))
     left = y - (drawn * packed).sum(axis=1)
     doubtful = replace(u, gripped=0.5 * off**2, smeared=0.5 * off**2)
     white = doubtful.filtered(packed, np.zeros(6), np.zeros(6))

@@ -53,3 +53,16 @@ def test_jolts_that_recur_since_friction_has_grown_are_no_play_but_a_gap_that_is
     gap = {"half_gap_rad": 1e-3, "reversals": 5, "lasting_s": 0.1} | evidence
     play, change = _finding(shop, "joint_backlash", joint, at, **gap), _change(shop, 3)
     assert unexplained([play, change]) == ((play, change) if stays else (change,))
+
+
+@pytest.mark.parametrize(
+    ("evidence", "severity"),
+    [({"recurs_at": "velocity"}, "warning"), ({"recurs_at": "load"}, "critical"), ({}, "critical")],
+)
+def test_jolts_where_a_joint_reverses_may_be_friction_and_are_never_critical(
+    shop: Shop, evidence: dict[str, str], severity: str
+) -> None:
+    gap = {"half_gap_rad": 30.0, "reversals": 5, "lasting_s": 0.1} | evidence
+    finding = _finding(shop, "joint_backlash", 3, 18.0, **gap)
+    assert finding.severity == severity
+    assert ("friction" in finding.advice) == (severity == "warning")

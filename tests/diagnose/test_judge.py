@@ -9,6 +9,7 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose import Diagnosis, onsets
+from urdyn.diagnose.change import Push
 from urdyn.diagnose.explain import Explanation, _began, gathered, ratios
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.judge import _shadow
@@ -96,7 +97,7 @@ def test_an_alarm_that_waited_for_what_was_taken_back_since_is_none(shop: Shop) 
     slow = Slow(space(shop.fit), 0.02, read_rules())
     state = replace(slow.init(), waited=1)
     assert slow.judge.concluded(state) is state
-    assert not slow.concluded(state, pushed=False).found
+    assert not slow.concluded(state, Push()).found
 
 
 @pytest.mark.parametrize("t", [np.nan, 3600.0])

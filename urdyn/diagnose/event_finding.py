@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.evidence import CLIPPED, ENCODER
 from urdyn.diagnose.fast_rules import Levels
@@ -51,6 +53,9 @@ def _levels(event: Event, rules: Rules) -> Levels:
         levels = Levels(warning=0.0, critical=1.0, quantity=sensor, unit="-", advice=advice)
     else:
         levels = rules.levels(event.kind)
+    if event.says.recurs_at == "velocity":  # another friction at slow reversals looks alike
+        which = "by brisk motion (urdyn excite --kind probe), see whether it is a gap or friction"
+        return replace(levels, critical=np.inf, advice=f"{which}; then {levels.advice}")
     if event.says.until is None and not event.says.to_and_fro:
         return levels
     loose = f"look for a loose contact at the {sensor} of this joint"

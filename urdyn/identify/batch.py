@@ -43,13 +43,16 @@ def identify(
         progress: called with what is being done, and the share that is done.
 
     Raises:
-        InputError: the gains are not one per joint, finite and above 0; the tool is not a body.
+        InputError: there is no motion; the gains are not one per joint, finite and above 0; the
+            tool is not a body.
         IdentifiabilityError: nothing moves, or there are too few data.
     """
     given_a(arm, Arm, "arm", "as urdyn.load_arm(name) gives")
     runs = [*map(Run, motions), *(given_a(run, Run, "loaded", "of a motion") for run in loaded)]
     for run in runs:
         given_motion(run.motion)
+    if not runs:
+        raise InputError("no motion to identify from; give one, as urdyn.condition(log) gives")
     if gain is not None:
         gain = given_each(gain, "gain", (arm.joints,), "finite numbers above 0", _possible)
     if tool is not None:
