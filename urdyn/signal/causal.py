@@ -33,7 +33,7 @@ class CausalState:
     t: Array  # (n,) [s]
     rows: Array  # (n, 4, J) q, v, current, temperature; NaN where the gate refused them
     angles: Array  # (n, J) [rad] q as they came, for the gate first refuses a zero that jumps
-    departures: Array  # (n, 2, J) of q and v from their prediction [rad, rad/s]
+    departures: Array  # (m, 2, J) of the last q and v from their prediction [rad, rad/s]
     held: Held
     frozen: Array  # (J,) velocities left out, of sensors that were stuck
     frozen_since: Array  # (J,) [s] the first time that one was; NaN: never
@@ -77,7 +77,7 @@ class Causal:
     @cached_property
     def alone(self) -> LocalPolynomial:
         """The same through angles alone, of all samples that are remembered."""
-        return replace(self.fit, half=instrument_half(self.fit.half, self.degree))
+        return replace(self.fit, half=instrument_half(self.fit.half, self.degree, self.period))
 
     def init(self, joints: int = 6) -> CausalState:
         """Nothing seen yet."""
@@ -145,7 +145,7 @@ class Causal:
             stamps,
             rows,
             angles,
-            np.concatenate([state.departures[keep], departure[None]]),
+            np.concatenate([state.departures[1 - self.fit.samples :], departure[None]]),
             held,
             frozen,
             since,
@@ -163,12 +163,11 @@ class Causal:
         shift = np.zeros(state.rows.shape[2])
         t, rows = state.t[-fit.samples :], state.rows[-fit.samples :]
         measured = rows[:, :2]
-        clean = even = whole = state.clean >= len(state.t)  # it nearly always is
-        if not clean:
-            steady, told = is_even(state.t, self.period), np.isfinite(state.rows[:, :2])
-            clean = bool(steady.all() and told.all())
-            even = bool(steady[1 - fit.samples :].all())
-            whole = bool(told[-fit.samples :].all())
+        steady = known = even = whole = state.clean >= len(state.t)  # it nearly always is
+        if not steady:
+            alike, told = is_even(state.t, self.period), np.isfinite(state.rows[:, :2])
+            steady, known = bool(alike.all()), bool(told[:, 0].all())
+            even, whole = bool(alike[1 - fit.samples :].all()), bool(told[-fit.samples :].all())
         if even and whole:
             operator = _operator(fit, (fit.half - lag) * self.period, self.offset)
             of_each = measured.transpose(2, 1, 0).reshape(-1, operator.shape[2], 1)
@@ -187,7 +186,7 @@ class Causal:
             orders = orders.reshape(ORDERS, -1)
         (q, v, a, jerk), (current, temperature) = orders, rows[row, 2:]
         full = len(state.t) == self.alone.samples
-        alone = self._alone(state, lag) if clean and full else (None, None)
+        alone = self._alone(state, lag, steady) if known and full else (None, None)
         instant = Instant(float(t[row]), q, v, a, jerk, current, temperature, shift, *alone)
         return state, instant
 
@@ -196,20 +195,23 @@ class Causal:
 
         The NaNs are remembered once a jump has come as far as `row`: until then it may be undone.
         """
-        found = jumps(state.t, state.angles, state.rows[:, 1], self.fit.half, state.jumped)
         rows, window = state.rows, slice(-self.fit.samples, None)
+        t, angles, v = state.t[window], state.angles[window], rows[window, 1]
+        found = jumps(t, angles, v, self.fit.half, state.jumped)
         if np.count_nonzero(found.misled):
             rows = rows.copy()
-            rows[:, 1][found.misled] = np.nan
-        if np.count_nonzero(found.shift[: len(rows) - self.fit.samples + row + 1]):
+            rows[window, 1][found.misled] = np.nan
+        if np.count_nonzero(found.shift[: row + 1]):
             state = replace(state, rows=rows, clean=0)
-        return state, rows[window, 1], found.shift[window]
+        return state, rows[window, 1], found.shift
 
-    def _alone(self, state: CausalState, lag: int) -> Array:
-        """Acceleration and jerk there by angles alone, (2, J) [rad/s², rad/s³]; for even stamps.
-
-        Where stamps scatter, angles and currents share that noise, and are not independent.
-        """
+    def _alone(self, state: CausalState, lag: int, even: bool) -> Array:
+        """Acceleration and jerk there by angles alone, (2, J) [rad/s², rad/s³]."""
+        if not even:
+            t, q = state.t - state.t[-1 - lag], state.rows[:, 0]
+            at = np.broadcast_to(np.asarray(self.offset, dtype=np.float64), q.shape[1:])
+            found = self.alone.estimate(t[None], q[None], np.full_like(q, np.nan)[None], at[None])
+            return found[2:, 0]
         ahead = (self.alone.half - lag) * self.period
         operator = _operator(self.alone, ahead, self.offset, velocities=False)
         of_q = operator[:, 2:, : self.alone.samples].swapaxes(0, 1)

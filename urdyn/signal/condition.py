@@ -18,7 +18,7 @@ from urdyn.signal.measured import measured
 from urdyn.signal.misplaced import misplaced
 from urdyn.signal.polynomial import LocalPolynomial, half_window, instrument_half
 from urdyn.signal.shifts import SHAKEN, jumps, without_turns
-from urdyn.signal.stretches import breaks, is_even, median_step
+from urdyn.signal.stretches import breaks, median_step
 from urdyn.signal.units import complaint, unfilled, wrong_unit
 from urdyn.types import JOINT_SERIES, Array, Log, Mask, Motion, frozen
 
@@ -106,7 +106,7 @@ class _Settled:
         """The motion of a whole log, so many rows at a time, and which rows they are."""
         # A shifted window ends this far from its row, and a jump shakes rows as far behind it.
         fit = self.fit
-        halo = 2 * instrument_half(fit.half, fit.degree) + round(SHAKEN / fit.step)
+        halo = 2 * instrument_half(fit.half, fit.degree, fit.step) + round(SHAKEN / fit.step)
         for start in range(0, len(log), rows):
             stop, lo = min(start + rows, len(log)), max(0, start - halo)
             chunk = self.motion(log.slice(lo, stop + halo))
@@ -121,10 +121,10 @@ class _Settled:
         shift[-1] = 0.0  # no later row confirms that one
         how = partial(kinematics, offset=self.offset, degree=fit.degree, step=fit.step)
         moved = how(log.t, q - shifted, np.where(misled, np.nan, v), half=fit.half)
-        half = instrument_half(fit.half, fit.degree)
-        known = np.asarray(np.isfinite(q + v).all(axis=1))
-        told = _whole_around(log.t, known, fit.step, half)[:, None]
-        alone = how(log.t, q - shifted, half=half).a if told.any() else np.full_like(q, np.nan)
+        half, gaps = instrument_half(fit.half, fit.degree, fit.step), breaks(log.t, fit.step)
+        known = np.asarray(np.isfinite(q).all(axis=1))
+        told = _known_around(known, gaps, 2 * half - fit.half, fit.half)[:, None]
+        alone = how(log.t, q - shifted, half=half, ahead=fit.half).a
         temperature = log.joint("joint_temperatures")
         return Motion(  # of frozen arrays, which it does not copy
             t=log.t,
@@ -134,21 +134,22 @@ class _Settled:
             jerk=frozen(moved.jerk),
             current=log.joint("actual_current"),
             temperature=frozen(np.where(np.abs(temperature) < POSSIBLE[-1], temperature, np.nan)),
-            breaks=breaks(log.t, fit.step),
+            breaks=gaps,
             source=log.source,
             shift=frozen(without_turns(shift)),
             instrument=frozen(np.where(told, alone, np.nan)),
         )
 
 
-def _whole_around(t: Array, known: Mask, step: float, half: int) -> Mask:
-    """Rows in the middle of a window that is known, and even, as `Causal` explains; (N,)."""
-    uneven = np.concatenate([[0], np.cumsum(~is_even(t, step))])
-    missing = np.concatenate([[0], np.cumsum(~known)])
-    row = np.arange(half, max(len(t) - half, half))
-    whole = np.zeros(len(t), dtype=bool)
-    whole[row] = uneven[row + half] == uneven[row - half]
-    whole[row] &= missing[row + half + 1] == missing[row - half]
+def _known_around(known: Mask, gaps: tuple[int, ...], back: int, ahead: int) -> Mask:
+    """Rows with `back` known ones before them and `ahead` after them, without a gap; (N,)."""
+    after_gap = np.zeros(len(known), dtype=bool)
+    after_gap[list(gaps)] = True
+    unknown, broken = (np.concatenate([[0], np.cumsum(of)]) for of in (~known, after_gap))
+    row = np.arange(back, max(len(known) - ahead, back))
+    first, last = row - back, row + ahead + 1
+    whole = np.zeros(len(known), dtype=bool)
+    whole[row] = (unknown[last] == unknown[first]) & (broken[last] == broken[first + 1])
     return whole
 
 

@@ -35,6 +35,7 @@ def kinematics(
     *,
     offset: ArrayLike = 0.0,
     half: int = 4,
+    ahead: int | None = None,
     degree: int = 4,
     step: float | None = None,
 ) -> Kinematics:
@@ -42,12 +43,14 @@ def kinematics(
 
     t (N,) [s], increasing, of any steps; q (N, J) [rad] and v (N, J) [rad/s], NaN where not
     measured. `offset` [s], () or (J,): by how much the current leads the joint's own stream.
-    `half` samples to each side, near a gap as many on one side. `step` [s] is the usual one, where
+    `half` samples to each side, near a gap as many on one side; `ahead`: so many of them after the
+    stamp, None: half of them. `step` [s] is the usual one, where
     t is only a part of a log. The window does not move with the offset, so that the estimate is
     smooth in it and the offset can be fitted. NaN where too little was measured.
     """
     fit = LocalPolynomial(half, degree, median_step(t) if step is None else step)
-    first, last = windows(len(t), breaks(t, fit.step), fit.half)
+    later = fit.half if ahead is None else ahead
+    first, last = windows(len(t), breaks(t, fit.step), fit.half, later)
     rate = np.full_like(q, np.nan) if v is None else v
     leads = given(offset, "offset", "a finite time [s]", streams=q.shape[1])
     out = np.empty((ORDERS, *q.shape))
@@ -55,7 +58,7 @@ def kinematics(
         rows = np.arange(start, min(start + BLOCK, len(t)))
         lo, hi = int(first[rows[0]]), int(last[rows[-1]])
         ends = rows - lo, first[rows] - lo, last[rows] - lo
-        out[:, rows] = _Block(fit, t[lo:hi], q[lo:hi], rate[lo:hi], *ends).solve(leads)
+        out[:, rows] = _Block(fit, later, t[lo:hi], q[lo:hi], rate[lo:hi], *ends).solve(leads)
     return Kinematics(*out)
 
 
@@ -68,6 +71,7 @@ class _Block:
     """
 
     fit: LocalPolynomial
+    ahead: int  # rows after its own, in a window
     t: Array  # (n,) [s]
     q: Array  # (n, J) [rad]
     v: Array  # (n, J) [rad/s]
@@ -82,7 +86,7 @@ class _Block:
         for chosen, velocities in ((both, True), (angles, False)):
             if chosen.any():
                 uniform = self._convolve(offset, velocities)
-                out[:, chosen] = uniform[:, self.row[chosen] - self.fit.half]
+                out[:, chosen] = uniform[:, self.first[chosen]]
         rest = ~(both | angles)
         for rows in self._batches(rest & alike):
             out[:, rows] = self.fit.estimate(*self._gather(rows, offset))
@@ -96,7 +100,7 @@ class _Block:
         has_q, has_v = np.isfinite(self.q), np.isfinite(self.v)
         uneven = np.abs(np.diff(self.t) - self.fit.step) > UNIFORM * self.fit.step
         length = self.last - self.first
-        uniform = (self.first == self.row - self.fit.half) & (length == self.fit.samples)
+        uniform = (length == self.fit.samples) & (self.last == self.row + self.ahead + 1)
         uniform &= _count(uneven, self.first, self.last - 1) == 0
         uniform &= self._all(np.all(has_q, axis=1))
         same = np.all((has_q == has_q[:, :1]) & (has_v == has_v[:, :1]), axis=1)
@@ -110,10 +114,11 @@ class _Block:
         return everywhere
 
     def _convolve(self, offset: Array, velocities: bool) -> Array:
-        """Every centred window of the block by the weights of a uniform one, (4, n - m + 1, J)."""
+        """Every window of the block by the weights of a uniform one, (4, n - m + 1, J)."""
         out = np.empty((ORDERS, max(0, len(self.t) - self.fit.samples + 1), len(offset)))
         for joint, at in enumerate(offset):
-            of_q, of_v = weights(self.fit, float(at), velocities)
+            centre = (self.fit.half - self.ahead) * self.fit.step
+            of_q, of_v = weights(self.fit, centre + float(at), velocities)
             q, v = self.q[:, joint].copy(), self.v[:, joint].copy()  # side by side in memory
             for k in range(ORDERS):
                 out[k, :, joint] = np.correlate(q, of_q[k])

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from math import ceil
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -24,6 +25,7 @@ from urdyn.given import given_count, given_number
 from urdyn.types import Array, frozen
 
 REACH, REACH_ALONE = 0.036, 0.1  # [s] to each side, the latter without velocities: `half_window`
+REACH_BACK = 0.2  # [s] that the instrument looks back: it follows up to 6 Hz, and none beyond 10
 HIGHEST = 12  # degree; rounding in its powers is below 1e-11 of the result
 ORDERS = 4  # what is estimated: angle, velocity, acceleration, jerk
 # Stamps this close to uniform count as uniform: at 500 Hz and 3 rad/s it makes 6e-9 rad, three
@@ -47,9 +49,15 @@ def half_window(step: float, degree: int = 4, velocities: bool = True) -> int:
     return max(least, round((REACH if velocities else REACH_ALONE) / step))
 
 
-def instrument_half(half: int, degree: int) -> int:
-    """Samples to each side for the acceleration by angles alone, beside `half` with both."""
-    return max(half, (degree + 1) // 2)
+def instrument_half(half: int, degree: int, step: float) -> int:
+    """Half the samples of the instrument's window, which ends `half` samples after its row.
+
+    It follows programs, and not vibrations: bodies are rigid only below an arm's first elastic
+    mode, and what shakes a real UR10e takes two to three times the current per acceleration. Where
+    its shoulder pan alone moves, that passed for 30 % of health, by 8 standard deviations, and
+    where its lift does, for a load of 1.1 to 1.2 kg; now for 2 %, and for -.3 to -.1 kg.
+    """
+    return max(half, (degree + 1) // 2, ceil((half + REACH_BACK / step) / 2))
 
 
 @dataclass(frozen=True)

@@ -36,15 +36,16 @@ def is_even(t: Array, step: float) -> Mask:
     return np.asarray(np.abs(t[1:] - t[:-1] - step) <= EVEN * step)
 
 
-def windows(rows: int, breaks: tuple[int, ...], half: int) -> tuple[Index, Index]:
+def windows(rows: int, breaks: tuple[int, ...], half: int, ahead: int) -> tuple[Index, Index]:
     """First and last + 1 row of the window that belongs to each row, (N,) each.
 
-    A window holds 2 half + 1 rows and is centred on its row. Near the end of a stretch it is
+    A window holds 2 half + 1 rows, `ahead` of them after its own. Near the end of a stretch it is
     shifted, not cut: a one-sided estimate from a full window is less noisy than one from half of
     it. A stretch that is shorter than a window is the window.
     """
     bounds = np.array([0, *breaks, rows])
     lengths = np.diff(bounds)
     start, stop = np.repeat(bounds[:-1], lengths), np.repeat(bounds[1:], lengths)
-    first = np.clip(np.arange(rows) - half, start, np.maximum(start, stop - 2 * half - 1))
+    begin = np.arange(rows) + ahead - 2 * half
+    first = np.clip(begin, start, np.maximum(start, stop - 2 * half - 1))
     return first, np.minimum(first + 2 * half + 1, stop)
