@@ -195,7 +195,7 @@ class Motion:
     source: Source = field(default_factory=Source)
     # (N, J) [rad] jump of the encoder's zero since the row before; (0, 0) where not given.
     shift: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    # (N, J) [rad/s²] the acceleration, with noise other than that of `a`; NaN where unknown.
+    # (N, J) [rad/s²] the acceleration without vibrations or the noise of `a`; NaN where unknown.
     instrument: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
