@@ -44,6 +44,14 @@ def tracked(fit: Fit, run: Log) -> tuple[Tracker[Any], TrackerState[Any]]:
     return tracker, state
 
 
+def test_what_shakes_an_arm_is_no_health_that_is_lost(real: Fit, recorded: Recorded) -> None:
+    """Where only its shoulder pan moves, nothing else tells an elastic gear from a weak drive."""
+    tracker, state = tracked(real, recorded("ur-20_01_22-joint_1", 0, 3000))
+    health = tracker.currents.places["z"].start
+    mean, sd = state.belief.mean[health], state.belief.sd[health]
+    assert abs(mean) < 3.0 * sd < 0.05
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("joint", [1, 2])
 def test_what_wore_since_commissioning_is_no_noise(real: Fit, run: Log, joint: int) -> None:

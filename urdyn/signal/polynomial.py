@@ -54,8 +54,9 @@ def instrument_half(half: int, degree: int, step: float) -> int:
 
     It follows programs, and not vibrations: bodies are rigid only below an arm's first elastic
     mode, and what shakes a real UR10e takes two to three times the current per acceleration. Where
-    its shoulder pan alone moves, that passed for 30 % of health, by 8 standard deviations, and
-    where its lift does, for a load of 1.1 to 1.2 kg; now for 2 %, and for -.3 to -.1 kg.
+    its shoulder pan alone moves, that passed for 17 to 33 % of health, by 6 to 9 standard
+    deviations, and by two of three twins where its lift does, for a load of 1.1 and 1.2 kg; now for
+    2 %, and for .3 kg at most.
     """
     return max(half, (degree + 1) // 2, ceil((half + REACH_BACK / step) / 2))
 
