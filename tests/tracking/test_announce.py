@@ -18,7 +18,7 @@ from urdyn.io.status import Level, Status, of_finding
 from urdyn.signal import samples
 from urdyn.tracking import Arrival, announce, open_source
 from urdyn.tracking.announce import Announcer, Audience, by_part
-from urdyn.tracking.health import FRICTION, HEALTH, doubted, stale, statuses
+from urdyn.tracking.health import FRICTION, HEALTH, limited, stale, statuses
 from urdyn.tracking.source import now
 
 JOINTS = ("shoulder_pan_joint", "elbow_joint")
@@ -126,11 +126,11 @@ def test_what_is_acknowledged_is_told_and_no_longer_warned_of():
 
 def test_what_speaks_against_all_findings_is_the_arm_s_line():
     lines = statuses(snapshot(), THREE, [FINDING])
-    *parts, arm = doubted(lines, "this is not this arm's twin")
+    *parts, arm = limited(lines, "this is not this arm's twin", "")
     assert tuple(parts) == lines[:-1] and arm.level == lines[-1].level
     assert arm.message == f"this is not this arm's twin; {lines[-1].message}"
     well = statuses(snapshot(), THREE)
-    assert doubted(well, "nothing is left of it") == well and doubted(lines, "") == lines
+    assert limited(well, "nothing is left of it", "") == well and limited(lines, "", "") == lines
 
 
 COLLISION = FINDING | {"kind": "collision", "id": "collision.elbow_joint@9.0"}

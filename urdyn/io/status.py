@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
 
 from urdyn.io.bags.joints import JOINTS
-from urdyn.io.run_folder import over, quiet
+from urdyn.io.run_folder import over
 from urdyn.io.spans import NEVER, span
-
-ACKNOWLEDGED = "acknowledged: "  # before a message that somebody has seen
 
 
 class Level(IntEnum):
@@ -33,6 +31,12 @@ class Status:
     message: str  # for people
     values: tuple[tuple[str, str], ...] = ()  # for programs, and for a closer look
     hardware_id: str = ""  # serial number of the arm
+    acknowledged: bool = False  # somebody has seen what it would warn of
+
+    def seen(self) -> Status:
+        """The same, which somebody has seen: it is shown, but no longer warned of."""
+        told = f"acknowledged: {self.message}"
+        return replace(self, level=Level.OK, message=told, acknowledged=True)
 
 
 def of_finding(
@@ -50,10 +54,10 @@ def of_finding(
     values = tuple((key, _said(value)) for key, value in finding.items())
     grave = finding.get("severity") == "critical" or left == 0.0
     level = Level.ERROR if grave and not over(finding) else Level.WARN
-    if quiet(finding):
-        why = "gone by now: " if finding.get("gone") else ACKNOWLEDGED
-        level, message = Level.OK, f"{why}{message}"
-    return Status(level, f"urdyn: {whose or 'arm'}", message, values, hardware_id)
+    status = Status(level, f"urdyn: {whose or 'arm'}", message, values, hardware_id)
+    if finding.get("gone"):
+        return replace(status, level=Level.OK, message=f"gone by now: {message}")
+    return status.seen() if finding.get("acknowledged") else status
 
 
 def _left(finding: Mapping[str, Any]) -> float | None:

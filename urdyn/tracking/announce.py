@@ -17,7 +17,7 @@ from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Status
 from urdyn.model.body import centre_of_mass
 from urdyn.model.friction import WORKING_SPEED
-from urdyn.tracking.health import STALE, doubted, late, stale, statuses
+from urdyn.tracking.health import STALE, limited, stale, statuses
 from urdyn.tracking.physical import PAYLOAD
 from urdyn.tracking.progress import RunProgress
 from urdyn.types import Array
@@ -133,8 +133,7 @@ class Announcer:
     def _lines(
         self, found: Sequence[Status], progress: RunProgress, age: float
     ) -> tuple[Status, ...]:
-        told = doubted(acknowledged(found, self._known), progress.doubt)
-        told = late(told, progress.behind)
+        told = limited(acknowledged(found, self._known), progress.doubt, progress.behind)
         return (*(stale(found, age) if age > STALE else told), *self._audience.remarks())
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from urdyn.io.run_folder import urgency
 from urdyn.io.snapshot import Snapshot
-from urdyn.io.status import ACKNOWLEDGED, Level, Status, of_finding
+from urdyn.io.status import Level, Status, of_finding
 from urdyn.types import NORMAL90, Array
 
 HEALTH = {Level.WARN: 0.9, Level.ERROR: 0.75}  # [-] drive health below
@@ -49,27 +49,21 @@ def statuses(
     return (*joints, whole)
 
 
-def doubted(lines: Sequence[Status], doubt: str) -> Sequence[Status]:
-    """The lines, the last of which, the arm's, first gives the doubt about all findings."""
-    *parts, arm = lines
-    if not doubt or arm.level == Level.OK:
-        return lines
-    return (*parts, replace(arm, message=f"{doubt}; {arm.message}"))
+def limited(lines: Sequence[Status], doubt: str, behind: str) -> tuple[Status, ...]:
+    """The lines, the last of which, the arm's, first says what limits them all.
 
-
-def late(lines: Sequence[Status], behind: str) -> Sequence[Status]:
-    """The lines, the last of which, the arm's, warns that they are `behind` the robot."""
+    They are `behind` the robot, which is a warning; and of findings there is a `doubt`.
+    """
     *parts, arm = lines
-    if not behind:
-        return lines
-    told = f"{behind}; {arm.message}"
-    return (*parts, replace(arm, level=max(arm.level, Level.WARN), message=told))
+    level = max(arm.level, Level.WARN) if behind else arm.level
+    said = (behind, doubt if arm.level else "", arm.message)
+    return (*parts, replace(arm, level=level, message="; ".join(filter(None, said))))
 
 
 def stale(lines: Sequence[Status], age: float) -> tuple[Status, ...]:
     """The lines when nothing has come for `age` [s]."""
     told = f"no sample for {age:.1f} s"
-    return tuple(Status(Level.STALE, s.name, told, s.values, s.hardware_id) for s in lines)
+    return tuple(replace(s, level=Level.STALE, message=told) for s in lines)
 
 
 def _joint(now: Snapshot, joint: str, commissioned: float, serial: str) -> Status:
@@ -95,13 +89,12 @@ def _worst(own: Status, findings: Sequence[Status]) -> Status:
     """The line of a joint or the arm, combined with its findings."""
     worst = max([own, *findings], key=_gravity)
     found = [pair for finding in findings for pair in finding.values]
-    values = (*own.values, *found)
-    return Status(worst.level, own.name, worst.message, values, own.hardware_id)
+    return replace(worst, name=own.name, values=(*own.values, *found))
 
 
 def _gravity(status: Status) -> tuple[Level, bool]:
     """What is acknowledged is more than what is well, or gone, at the same level."""
-    return status.level, status.message.startswith(ACKNOWLEDGED)
+    return status.level, status.acknowledged
 
 
 def _values(now: Snapshot, part: str) -> tuple[tuple[str, str], ...]:

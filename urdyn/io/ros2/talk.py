@@ -10,7 +10,7 @@ from typing import Any
 from urdyn.io.ros2.compose import Types
 from urdyn.io.ros2.domain import reader, ros_name, writer
 from urdyn.io.snapshot import Snapshot
-from urdyn.io.status import ACKNOWLEDGED, Level, Status
+from urdyn.io.status import Level, Status
 from urdyn.types import Array
 
 DIAGNOSTICS = "/diagnostics"
@@ -93,13 +93,7 @@ def acknowledged(statuses: Sequence[Status], known: Mapping[str, Seen]) -> tuple
         then = known.get(s.name)
         return then is not None and s.level <= then.level and matters[s.name] <= then.matters
 
-    told = [
-        replace(s, level=Level.OK, message=f"{ACKNOWLEDGED}{s.message}")
-        if s.level in WARNED and quiet(s)
-        else s
-        for s in statuses
-    ]
-    *parts, arm = told
+    *parts, arm = [s.seen() if s.level in WARNED and quiet(s) else s for s in statuses]
     loud = [f"{s.name}: {s.message}" for s in parts if s.level == arm.level in WARNED]
     if loud and arm.message not in loud:  # what it names was acknowledged
         arm = replace(arm, message=loud[0])
