@@ -62,6 +62,12 @@ def frozen(values: ArrayLike) -> Array:
     return array
 
 
+def freeze(value: Any, *names: str) -> None:
+    """Make these fields of a value, all if none is named, `frozen` arrays; for `__post_init__`."""
+    for name in names or value.__match_args__:
+        object.__setattr__(value, name, frozen(getattr(value, name)))
+
+
 def owned(values: ArrayLike) -> Array:
     """`values` as `frozen` makes them; a copy, unless they are read-only already.
 
@@ -292,7 +298,7 @@ class Gaussian:
     cov: Array  # (P, P)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mean", frozen(self.mean))
+        freeze(self, "mean")
         if self.mean.ndim != 1:
             raise InputError(f"mean has the shape {self.mean.shape}; it has to be a row of numbers")
         object.__setattr__(self, "cov", shaped("cov", self.cov, self.mean.shape * 2))

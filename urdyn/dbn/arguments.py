@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.types import Array, Index, Mask, frozen
+from urdyn.types import Array, Index, Mask, freeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +17,7 @@ class Held:
     values: Array  # (n,) of these states; NaN: the observation depends on the state
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "values", frozen(self.values))
+        freeze(self, "values")
 
     @cached_property
     def seen(self) -> Mask:

@@ -22,7 +22,7 @@ from urdyn.dbn.mixed_graph import Pair
 from urdyn.dbn.stacking import stacked
 from urdyn.dbn.two_slice import Slice
 from urdyn.errors import InputError
-from urdyn.types import Array, Gaussian, Mask, frozen
+from urdyn.types import Array, Gaussian, Mask, freeze
 
 Patterns = Mapping[Pair, Array]  # (child's size, parent's size) by ends; identity where not named
 
@@ -39,8 +39,7 @@ class CompiledNetwork:
     time_constant: Array  # (n,) [s]
 
     def __post_init__(self) -> None:
-        for name in ("mean", "B", "own", "disturbance", "time_constant"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "mean", "B", "own", "disturbance", "time_constant")
 
     @cached_property
     def spread(self) -> Array:

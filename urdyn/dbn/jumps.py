@@ -15,7 +15,7 @@ import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.given import given_each, given_sd
-from urdyn.types import Array, frozen, index_of
+from urdyn.types import Array, freeze, index_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +28,7 @@ class Jumps:
     spread: Array = field(default_factory=lambda: np.zeros(()))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "step", frozen(self.step))
-        object.__setattr__(self, "weight", frozen(self.weight))
+        freeze(self, "step", "weight")
         if self.step.ndim != 2 or self.weight.shape != self.step.shape[:1]:
             raise InputError(
                 f"steps {self.step.shape} and weights {self.weight.shape}: one row, one weight"

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from urdyn.types import Array, Gaussian, Index, Mask, frozen
+from urdyn.types import Array, Gaussian, Index, Mask, freeze, frozen
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +25,7 @@ class LinearMeasurement:
     jump: Array  # (a,) sd; 0: no jump
 
     def __post_init__(self) -> None:
-        for name in ("H", "R", "jump"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "H", "R", "jump")
         assert self.H.shape == (len(self.R), len(self.at)), "a row an observation"
 
 

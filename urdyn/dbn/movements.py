@@ -20,7 +20,7 @@ import numpy as np
 
 from urdyn.dbn.compile import Patterns, pattern
 from urdyn.dbn.graph import Edge
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 TURNS = 200  # iterations at most, as convergence is linear
 SETTLED = 1e-6  # [nats] gain in likelihood below which iteration ends
@@ -38,7 +38,7 @@ class Movements:
     patterns: Patterns
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "moments", frozen(self.moments))
+        freeze(self, "moments")
 
     def likeliest(
         self, arrows: Sequence[Edge], shared: Sequence[Edge]

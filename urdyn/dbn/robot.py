@@ -41,7 +41,7 @@ from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import Contact, friction_torque, present
 from urdyn.model.population import OPTIONAL
 from urdyn.signal.sample import Instant
-from urdyn.types import Array, Index, Mask, changed, frozen
+from urdyn.types import Array, Index, Mask, changed, freeze
 
 BODIES = ("k", "skew", "m", "payload")  # groups that affect the rigid-body torque
 GROUPS = (*BODIES, "o", "slow", *POSITIVE, *WARMTH)  # those in combinations first
@@ -58,8 +58,7 @@ class RobotCurrents:
     held: Held | None = None  # states that affect no current, by the network's edges; None: none
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "shown", frozen(self.shown))
-        object.__setattr__(self, "noise", frozen(self.noise))
+        freeze(self, "shown", "noise")
 
     @cached_property
     def places(self) -> dict[str, slice]:

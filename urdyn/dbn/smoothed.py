@@ -10,7 +10,7 @@ import numpy as np
 from urdyn.dbn.two_slice import TwoSlice, U, linearised
 from urdyn.errors import InputError
 from urdyn.given import ROUNDING
-from urdyn.types import Array, frozen, shaped
+from urdyn.types import Array, freeze, shaped
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class Smoothed:
     cross: Array  # (N, n, n) covariance of each slice's state with the one before
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mean", frozen(self.mean))
+        freeze(self, "mean")
         if self.mean.ndim != 2 or not len(self.mean):
             raise InputError(f"mean has the shape {self.mean.shape}; it has to be (N + 1, n)")
         slices, n = len(self.mean) - 1, self.mean.shape[1]

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.dbn.robot_slice import RobotSlice
-from urdyn.types import Array, Gaussian, Index, Mask, frozen
+from urdyn.types import Array, Gaussian, Index, Mask, freeze
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,7 @@ class Wear:
     memory: float  # [s] of slow noise
 
     def __post_init__(self) -> None:
-        for name in ("own", "push", "lead", "warmth"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "own", "push", "lead", "warmth")
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from urdyn.identify.slow import MEMORY
 from urdyn.model.arm import Arm
 from urdyn.model.dynamics import Dynamics
 from urdyn.tracking.commissioned import commissioned, gains_of, shown_links
-from urdyn.types import Array, Index, frozen
+from urdyn.types import Array, Index, freeze, frozen
 
 GROUPS = ("k", "m", "payload", "f", "alpha", "beta", "z", "o", "rotor", "gain")
 
@@ -34,8 +34,7 @@ class Space:
     colour: Noise  # of the residual, from commissioning
 
     def __post_init__(self) -> None:
-        for name in ("shown", "cov"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "shown", "cov")
 
     @property
     def joints(self) -> int:

@@ -21,7 +21,7 @@ from urdyn.estimate.innovation import Innovation, measured_rows, residual_of
 from urdyn.estimate.linearised import joseph, noise_of
 from urdyn.estimate.mixture import log_density, mixture_innovation, moments, normalised
 from urdyn.given import given_count
-from urdyn.types import Array, Gaussian, frozen
+from urdyn.types import Array, Gaussian, freeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +34,7 @@ class Hypotheses:
     slices: int = 0  # passed since the start
 
     def __post_init__(self) -> None:
-        for name in ("means", "cov", "log_weight"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "means", "cov", "log_weight")
 
     @property
     def weight(self) -> Array:

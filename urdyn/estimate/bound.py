@@ -19,7 +19,7 @@ from urdyn.errors import InputError
 from urdyn.estimate.innovation import Rows, factor_of, measured_rows, whitening
 from urdyn.estimate.linearised import lessened, propagated
 from urdyn.estimate.square_root import lower_root
-from urdyn.types import Array, Gaussian, frozen, index_of
+from urdyn.types import Array, Gaussian, freeze, index_of
 
 LIVES = 100  # drawn where none are given and the model is not linear
 
@@ -33,8 +33,7 @@ class Bound:
     cov: Array  # (n, n) after the last slice
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sd", frozen(self.sd))
-        object.__setattr__(self, "cov", frozen(self.cov))
+        freeze(self, "sd", "cov")
 
     def __getitem__(self, name: str) -> Array:
         """History of one state's bound, (N,)."""

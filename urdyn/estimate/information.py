@@ -27,7 +27,7 @@ from urdyn.estimate.innovation import (
 )
 from urdyn.estimate.linearised import linear_rows, propagated
 from urdyn.estimate.square_root import inverse, lower_root
-from urdyn.types import Array, Gaussian, Index, frozen
+from urdyn.types import Array, Gaussian, Index, freeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +38,7 @@ class Information:
     weighted: Array  # (n,)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "precision", frozen(self.precision))
-        object.__setattr__(self, "weighted", frozen(self.weighted))
+        freeze(self, "precision", "weighted")
 
     @classmethod
     def of(cls, belief: Gaussian, names: Sequence[str]) -> Information:

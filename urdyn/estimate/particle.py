@@ -31,7 +31,7 @@ from urdyn.estimate.linearised import joseph, noise_of
 from urdyn.estimate.mixture import log_density, mixture_innovation, moments, normalised
 from urdyn.estimate.square_root import lower_root, pseudo_inverse
 from urdyn.given import given_count
-from urdyn.types import Array, Gaussian, Mask, frozen
+from urdyn.types import Array, Gaussian, Mask, freeze
 
 EASY = 0.5  # of the effective number at which a cloud is resampled: least that a reading may leave
 LEAST = 0.01  # least share of a reading's likelihood that is learnt at once
@@ -47,8 +47,7 @@ class Particles:
     draws: int = 0  # so far: with the filter's seed, all of its random state
 
     def __post_init__(self) -> None:
-        for name in ("x", "cov", "log_weight"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "x", "cov", "log_weight")
 
 
 @dataclass(frozen=True)

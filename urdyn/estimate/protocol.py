@@ -12,7 +12,7 @@ import numpy as np
 from urdyn.dbn.two_slice import TwoSlice, U, able
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation
-from urdyn.types import Array, Gaussian, frozen, index_of, shaped, unmasked
+from urdyn.types import Array, Gaussian, freeze, index_of, shaped, unmasked
 
 S = TypeVar("S")
 
@@ -70,7 +70,7 @@ class Track:
     cov: Array | None = field(default=None, kw_only=True)  # (N, n, n) where it was asked for
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "t", frozen(self.t))
+        freeze(self, "t")
         shape = len(self.t), len(self.names)
         for name in ("mean", "sd"):
             object.__setattr__(self, name, shaped(name, getattr(self, name), shape))

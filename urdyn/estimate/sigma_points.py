@@ -15,7 +15,7 @@ import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.estimate.filterpy_points import filterpy_points
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze, frozen
 
 Rule = Literal["merwe", "simplex"]
 
@@ -37,8 +37,7 @@ class SigmaPoints:
     centred: bool  # deviations from the first point, not from the mean
 
     def __post_init__(self) -> None:
-        for name in ("unit", "mean_weight", "scale"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "unit", "mean_weight", "scale")
 
     @cached_property
     def _reach(self) -> float:

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.types import Array, Gaussian, frozen
+from urdyn.types import Array, Gaussian, freeze
 
 # Rounding of a sum of n products, relative to the diagonal, by which a factorisation may fail.
 ROUNDING = 1e-15
@@ -25,8 +25,7 @@ class SquareRoot:
     root: Array  # (n, n)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mean", frozen(self.mean))
-        object.__setattr__(self, "root", frozen(self.root))
+        freeze(self, "mean", "root")
 
     @classmethod
     def of(cls, mean: Array, cov: Array) -> SquareRoot:

@@ -33,7 +33,7 @@ from urdyn.given import (
     not_negative,
     positive,
 )
-from urdyn.types import Array, Mask, frozen
+from urdyn.types import Array, Mask, freeze, frozen
 
 WINDOW = 10  # [steps] k
 GAIN = 0.1  # [-] of the average that replaces the paper's filter where parameters are raw
@@ -49,7 +49,7 @@ class History:
     theta: Array  # (k + 1, n) oldest first; NaN before the first
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "theta", frozen(self.theta))
+        freeze(self, "theta")
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from scipy.special import ndtr
 
 from urdyn.errors import InputError
 from urdyn.given import given, positive
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 CLIP = 2.5  # [sd] at which innovations are clipped
 PHASES = 8  # cells that a ramp passes
@@ -50,8 +50,7 @@ class Cells:
     age: Array  # (H,) [steps] mean age of the change while in the cell
 
     def __post_init__(self) -> None:
-        for name in (f.name for f in fields(self) if f.name != "kinds"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, *(f.name for f in fields(self) if f.name != "kinds"))
 
     def __len__(self) -> int:
         return len(self.tilt)

@@ -9,7 +9,7 @@ import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.given import given_rows
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 S = TypeVar("S")
 
@@ -24,7 +24,7 @@ class Verdict:
     age: float = np.nan  # [steps] since its estimated onset
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "streams", frozen(self.streams))
+        freeze(self, "streams")
 
     @property
     def alarm(self) -> bool:

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from urdyn.types import Array, Mask, frozen
+from urdyn.types import Array, Mask, freeze
 
 UNKNOWN = 1e4  # [spread²] variance of an unknown value
 
@@ -34,8 +34,7 @@ class Past:
     rest: Array  # (n,) steps still too near the last judged one to be judged
 
     def __post_init__(self) -> None:
-        for name in ("value", "doubt", "seen", "rest"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "value", "doubt", "seen", "rest")
 
 
 class Crossing(NamedTuple):

@@ -18,7 +18,7 @@ from urdyn.faults.detector import Verdict
 from urdyn.faults.mixture import Mixture
 from urdyn.faults.robust import swings
 from urdyn.given import given_a, given_promise, given_step, given_tolerance
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 MOST = 1e150  # evidence counts no further: an alarm that goes on unacknowledged stays finite
 
@@ -30,7 +30,7 @@ class Onsets:
     R: Array  # (n, H) [steps]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "R", frozen(self.R))
+        freeze(self, "R")
 
 
 @dataclass(frozen=True, eq=False)

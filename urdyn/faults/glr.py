@@ -25,7 +25,7 @@ from urdyn.given import (
     given_streams,
     given_tolerance,
 )
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze, frozen
 
 AGES = (1, 2, 3, 4, 6, 8, 11, 16, 22, 32, 45, 64, 90, 128, 180)
 SHAPES = ("ramp", "step")
@@ -38,7 +38,7 @@ class Window:
     e: Array  # (W, n) [sd] oldest first; NaN before the first and where nothing was measured
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "e", frozen(self.e))
+        freeze(self, "e")
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from urdyn.faults.shapes import POWERS, RAMP, TIMES, Shapes, carried, none, unbr
 from urdyn.faults.wander import STEPS, Walks, set_out, walked
 from urdyn.faults.whiten import Baseline, beside, given_baseline
 from urdyn.given import given_count, given_step
-from urdyn.types import Array, Mask, frozen
+from urdyn.types import Array, Mask, freeze
 
 CANDIDATES = 160  # onsets kept
 FADED = np.exp(-np.array([[1.0], [2.0], [1.0]]) / TIMES)[:, :, None]  # decay over a step, (3, T, 1)
@@ -53,8 +53,7 @@ class Kinks:
     walks: Array  # (7, Q, A, n) of ramps whose level also walks (`Walks`)
 
     def __post_init__(self) -> None:
-        for name in (x.name for x in fields(self) if x.name not in ("t", "past", "over")):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, *(x.name for x in fields(self) if x.name not in ("t", "past", "over")))
 
 
 def kinks(baseline: Baseline, candidates: int = CANDIDATES) -> Kinks:

@@ -10,7 +10,7 @@ which is s, and [sd], kappa s.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,7 +22,7 @@ from urdyn.faults.autoregression import autoregression, complete, lagged
 from urdyn.faults.gaps import Bridge, bridged
 from urdyn.faults.robust import level_and_spread, long_run_excess, restlessness
 from urdyn.given import given, given_a, given_number, given_rows, positive
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 ENOUGH = 1000  # steps from which a baseline is known well
 LEAST = 100  # fewest measured steps to learn one from
@@ -46,8 +46,7 @@ class Baseline:
     steps: Array  # (n,) measured steps that it was learnt from
 
     def __post_init__(self) -> None:
-        for name in (f.name for f in fields(self)):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self)
         assert self.coefficients.shape[:1] == self.level.shape == self.spread.shape
 
     @property

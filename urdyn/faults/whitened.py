@@ -22,7 +22,7 @@ from urdyn.faults.gaps import Past
 from urdyn.faults.robust import SQUARE
 from urdyn.faults.whiten import Baseline, given_baseline
 from urdyn.given import given_number, given_step
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 S = TypeVar("S")
 
@@ -44,8 +44,7 @@ class WhitenedState(Generic[S]):
     inner: S
 
     def __post_init__(self) -> None:
-        for name in ("last", "square", "weight"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "last", "square", "weight")
 
 
 @dataclass(frozen=True, eq=False)

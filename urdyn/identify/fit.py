@@ -11,7 +11,7 @@ from urdyn.given import given_a
 from urdyn.identify.noise import Noise
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import fading
-from urdyn.types import Array, Gaussian, Parameters, Source, frozen, index_of
+from urdyn.types import Array, Gaussian, Parameters, Source, freeze, index_of
 
 TINY = 1e-9  # [kg]
 
@@ -45,8 +45,7 @@ class Fit:
     tool_known: bool = False  # else the last link is taken to contain it
 
     def __post_init__(self) -> None:
-        for name in ("sd", "prior", "prior_sd"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "sd", "prior", "prior_sd")
 
     def __repr__(self) -> str:
         logs = ", ".join(source.path for source in self.sources if source.path) or "nameless logs"

@@ -8,7 +8,7 @@ from itertools import repeat
 import numpy as np
 
 from urdyn.identify.slow import MEMORY, density, forgotten, periodogram, share_of, without_slow
-from urdyn.types import MAD_TO_SD, Array, Mask, frozen
+from urdyn.types import MAD_TO_SD, Array, Mask, freeze
 
 MAX_ORDER = 8
 BEHIND = 5 * MAX_ORDER  # rows, from which a regression can be estimated
@@ -45,8 +45,7 @@ class Noise:
             object.__setattr__(self, "slow", np.zeros_like(self.sd))
         if not self.turning.size:
             object.__setattr__(self, "turning", np.ones_like(self.sd))
-        for name in ("sd", "scale", "dof", "ar", "slow", "turning"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "sd", "scale", "dof", "ar", "slow", "turning")
 
     @property
     def power(self) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from urdyn.errors import InputError, LogError
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 EFFORT = "effort"  # channel of a table whose unit is not known yet
 UNITS = ("A", "Nm")
@@ -32,7 +32,7 @@ class Effort:
         if self.unit == "Nm" and self.gain is None:
             raise InputError("efforts in Nm become currents by drive gains; give them, N·m/A each")
         if self.gain is not None:
-            object.__setattr__(self, "gain", frozen(self.gain))
+            freeze(self, "gain")
 
     def current(self, effort: Array) -> Array:
         """Motor current (J,) [A] of efforts in the given unit."""

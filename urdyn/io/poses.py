@@ -13,7 +13,7 @@ from urdyn.errors import InputError, LogError
 from urdyn.io.names import spread
 from urdyn.io.pose_columns import Columns, pose_columns
 from urdyn.io.reader import Rows, read_table
-from urdyn.types import Array, Defect, Index, Mask, Source, frozen, index_of, shaped
+from urdyn.types import Array, Defect, Index, Mask, Source, freeze, index_of, shaped
 
 FAR = 20.0  # [m] no target is so far from its tracker or robot: larger numbers are millimetres
 LEAST = 12  # poses: base and tool alone have as many unknowns
@@ -34,7 +34,7 @@ class Poses:
     defects: tuple[Defect, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "q", frozen(self.q))
+        freeze(self, "q")
         if self.q.ndim != 2:
             raise InputError(f"q has the shape {self.q.shape}; it has to be poses x joints")
         for name in ("place", "angles"):

@@ -24,7 +24,7 @@ from urdyn.given import given_each, given_numbers
 from urdyn.model.chain import Chain, parse, read_chain, read_text
 from urdyn.model.consistency import is_consistent
 from urdyn.model.library import find, names
-from urdyn.types import Array, Mask, frozen, shaped
+from urdyn.types import Array, Mask, freeze, shaped
 
 # What dynamics needs from a URDF. Geometry never reaches Pinocchio: missing meshes do not matter.
 NEEDED = {
@@ -60,8 +60,7 @@ class Arm:
     _data: Any = field(repr=False)
 
     def __post_init__(self) -> None:
-        for name in ("lower", "upper", "velocity_limit", "effort_limit"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "lower", "upper", "velocity_limit", "effort_limit")
         object.__setattr__(
             self, "inertials", shaped("inertials", self.inertials, (self.joints, 10))
         )

@@ -17,7 +17,7 @@ import pinocchio as pin
 from urdyn.model.arm import Arm
 from urdyn.model.cell import STANDING, Cell
 from urdyn.model.solids import geometry
-from urdyn.types import Array, Mask, frozen
+from urdyn.types import Array, Mask, freeze
 
 MARGIN = 0.02  # [m] that shapes keep from each other
 POSES = 512  # at random, that show which shapes are always closer than the margin
@@ -35,7 +35,7 @@ class Collider:
     _data: Any = field(repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "reach", frozen(self.reach))
+        freeze(self, "reach")
         assert self.reach.shape == (len(self.pairs), self.arm.joints), "a row a pair"
 
     def distances(self, q: Array) -> Array:

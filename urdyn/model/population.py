@@ -18,7 +18,7 @@ from urdyn.model.consistency import inertials, log_cholesky
 from urdyn.model.drive import Drive
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.ur_type import ur_type
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze, frozen
 
 # Joint sizes by rated torque [N·m]. Gains and friction are those that controllers of a UR3e and a
 # UR10e use themselves (target_current against target_moment), and the maker's joint test of a UR5e;
@@ -58,8 +58,7 @@ class Spread:
     positive: bool  # the logarithm is Gaussian
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mean", frozen(self.mean))
-        object.__setattr__(self, "sd", frozen(self.sd))
+        freeze(self, "mean", "sd")
 
     @property
     def typical(self) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 
 from urdyn.given import given_number, not_negative
 from urdyn.signal.stretches import breaks
-from urdyn.types import Array, Log, frozen
+from urdyn.types import Array, Log, freeze
 
 SLOWEST = 0.01  # [rad/s] below this a ratio by velocity means nothing
 
@@ -25,8 +25,7 @@ class Features:
     temperature_rise: Array  # (N, J) [°C] since the first measurement
 
     def __post_init__(self) -> None:
-        for item in fields(self):
-            object.__setattr__(self, item.name, frozen(getattr(self, item.name)))
+        freeze(self)
 
 
 def features(log: Log, *, standstill: float = SLOWEST) -> Features:

@@ -13,7 +13,7 @@ from urdyn.errors import InputError
 from urdyn.model.arm import Arm
 from urdyn.simulate.limits import Limits, comfortable
 from urdyn.simulate.trajectory import Trajectory, blocks, grid
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 HARMONICS = 12
 PERIOD = 20.0  # [s] approximate period of a run: gives 1 to 2 rad/s, up to 4 rad/s²
@@ -32,8 +32,7 @@ class Series:
     period: float  # [s]
 
     def __post_init__(self) -> None:
-        for name in ("middle", "sine", "cosine"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "middle", "sine", "cosine")
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """q, v, a at times (N,) [s], each (N, J)."""

@@ -15,7 +15,7 @@ from scipy.signal import lfilter
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import WORKING_SPEED
 from urdyn.model.population import population
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 STEP = 1.0  # [s] step of the thermal model, whose changes are slow
 
@@ -43,8 +43,7 @@ class Heat:
     ambient: float = AMBIENT  # [°C] of the room initially, and of an arm that was switched off
 
     def __post_init__(self) -> None:
-        for name in ("resistance", "kappa", "copper"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "resistance", "kappa", "copper")
 
     @property
     def cold(self) -> Array:

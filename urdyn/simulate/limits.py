@@ -9,7 +9,7 @@ import numpy as np
 from urdyn.errors import InputError
 from urdyn.model.arm import Arm
 from urdyn.simulate.trajectory import Trajectory, blocks
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 ACCELERATION = np.radians(800.0)  # [rad/s²] of every joint, as in UR's own planner configuration
 
@@ -36,8 +36,7 @@ class Limits:
     torque: Array  # [N·m], of rigid bodies
 
     def __post_init__(self) -> None:
-        for name in ("lower", "upper", "velocity", "acceleration", "torque"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "lower", "upper", "velocity", "acceleration", "torque")
 
     @property
     def middle(self) -> Array:

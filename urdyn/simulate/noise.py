@@ -8,7 +8,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from urdyn.simulate.schedule import Course
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 STANDING = 1e-6  # [rad/s] below which a joint reports exactly 0
 
@@ -27,7 +27,7 @@ class Band:
     frequency: float = 0.0  # [Hz]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "share", frozen(self.share))
+        freeze(self, "share")
 
 
 def quantised(values: Array, step: float) -> Array:

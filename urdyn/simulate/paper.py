@@ -17,7 +17,7 @@ from typing import Literal
 
 import numpy as np
 
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 JOINTS = 6
 WORN = 2  # the paper's joint 3
@@ -83,8 +83,7 @@ class Life:
     indicator: Array  # (N, J) [-] health as measured
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self)
 
 
 def ramp(t: Array, onset: float, rate: float) -> Array:

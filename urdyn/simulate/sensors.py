@@ -11,7 +11,7 @@ from urdyn.model.arm import Arm
 from urdyn.model.population import TEMPERATURE, population
 from urdyn.simulate.noise import Band
 from urdyn.simulate.trajectory import Trajectory
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 # Noise of measured current over the current of Coulomb friction, by joint: on recordings of a
 # UR10e .23 .25 .14 .036 .052 .036 A remain with any model.
@@ -48,7 +48,7 @@ class Sensors:
     wrench_noise: tuple[float, float] | None = None  # [N], [N·m] sd; None: no wrench is reported
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "current_noise", frozen(self.current_noise))
+        freeze(self, "current_noise")
         if not 0.0 <= self.colour < 1.0:
             raise InputError(f"colour {self.colour}: from 0 to below 1")
         if self.colour and self.bands:

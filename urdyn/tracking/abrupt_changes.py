@@ -32,7 +32,7 @@ from urdyn.tracking.slow_noise_absorption import (
     after_absorption,
     no_absorption,
 )
-from urdyn.types import Array, Gaussian, Mask, changed, frozen
+from urdyn.types import Array, Gaussian, Mask, changed, freeze
 
 MEMORY = 2.0  # [s] over which evidence is gathered
 WEAR_MEMORY = np.array([20.0, 120.0])  # [s] the same, for drives alone
@@ -75,8 +75,7 @@ class Evidence:
     lasted: float = 0.0  # [s] of measurements that have confirmed it since
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sums", frozen(self.sums))
-        object.__setattr__(self, "wear", frozen(self.wear))
+        freeze(self, "sums", "wear")
 
 
 @dataclass(frozen=True, eq=False)

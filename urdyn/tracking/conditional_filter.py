@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.types import Array, Gaussian, frozen
+from urdyn.types import Array, Gaussian, freeze, frozen
 
 CLIP = 3.0  # [sd] beyond which a residual counts as that large
 
@@ -40,8 +40,7 @@ class ConditionalBelief:
     spread: Array  # (z, z) covariance of z then
 
     def __post_init__(self) -> None:
-        for name in ("L", "cov", "about", "spread"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "L", "cov", "about", "spread")
 
     @property
     def whole(self) -> Array:

@@ -33,7 +33,7 @@ from urdyn.signal import Sample
 from urdyn.tracking.model import Drift, patterns_of, straying
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.tracker import Tracker
-from urdyn.types import Array, Gaussian, Index, frozen
+from urdyn.types import Array, Gaussian, Index, freeze
 
 STRETCH = 5.0  # [s]
 FEW = 3  # stretches, that is two transitions
@@ -52,8 +52,7 @@ class Stretch:
     y: Array  # (n,); NaN where there is no information
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "H", frozen(self.H))
-        object.__setattr__(self, "y", frozen(self.y))
+        freeze(self, "H", "y")
 
 
 def learn_wear(

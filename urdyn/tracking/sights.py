@@ -15,7 +15,7 @@ from urdyn.identify.kinematics.robust import begin, solve
 from urdyn.identify.kinematics.spread import ANYWHERE
 from urdyn.io.poses import READINGS, Poses
 from urdyn.tracking.conditional_filter import ConditionalBelief
-from urdyn.types import Array, Gaussian, Index, frozen
+from urdyn.types import Array, Gaussian, Index, freeze
 
 FINEST = np.array([1e-6, 1e-6])  # [m, rad] resolution of a log's numbers
 STAMPED = 1e-3  # [s] prior sd between the stamps of pose and angles
@@ -40,8 +40,7 @@ class Sights:
     doubted: int  # poses in a row that surprised
 
     def __post_init__(self) -> None:
-        for name in ("table", "base", "tool", "noise"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "table", "base", "tool", "noise")
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ import numpy as np
 
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.identify.slow import MEMORY
-from urdyn.types import Array, Mask, changed, frozen
+from urdyn.types import Array, Mask, changed, freeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +29,7 @@ class SlowNoiseAbsorption:
     variance: Array  # (J,) of slow noise, as such a filter knows it [A²]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "taken", frozen(self.taken))
-        object.__setattr__(self, "variance", frozen(self.variance))
+        freeze(self, "taken", "variance")
 
 
 def no_absorption(joints: int, signatures: int) -> SlowNoiseAbsorption:

@@ -32,7 +32,7 @@ from urdyn.tracking.conditional_filter import (
     updated_noise,
 )
 from urdyn.tracking.model import PAYLOAD_SD
-from urdyn.types import Array, Gaussian, frozen
+from urdyn.types import Array, Gaussian, freeze
 
 PACE = 0.1  # [s] between two rows that are used: the sensor's noise is slow
 BIAS_SD = np.repeat([100.0, 10.0], 3)  # [N, N·m]
@@ -58,8 +58,7 @@ class Felt:
     bias: Gaussian  # b [N, N·m], after the last row learnt from; NaN: none
 
     def __post_init__(self) -> None:
-        for name in ("noise", "last"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "noise", "last")
 
 
 @dataclass(frozen=True, eq=False)

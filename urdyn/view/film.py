@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,10 +34,9 @@ class Film:
     torque: Array  # (N, J)
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            object.__setattr__(self, field.name, frozen(getattr(self, field.name)))
-            if field.name != "t":
-                assert getattr(self, field.name).shape == self.q.shape, field.name
+        freeze(self)
+        for name in self.__match_args__[1:]:
+            assert getattr(self, name).shape == self.q.shape, name
 
     def __len__(self) -> int:
         return len(self.t)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.simulate.fourier import Series, at_rest
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,8 +26,7 @@ class Basis:
     tables: Array  # (3, N, 1 + 2 H): q, v, a = tables @ [middle; coefficients]
 
     def __post_init__(self) -> None:
-        for name in ("times", "free", "tables"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "times", "free", "tables")
 
     @property
     def size(self) -> int:

@@ -15,7 +15,7 @@ from urdyn.identify.excite.question import Question
 from urdyn.identify.expressions import physical
 from urdyn.identify.map_estimate import build_problem, data_information
 from urdyn.simulate.trajectory import Trajectory, grid
-from urdyn.types import Array, Parameters, frozen
+from urdyn.types import Array, Parameters, freeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +28,7 @@ class Expected:
     information: Array  # (P, P) in scores, after
 
     def __post_init__(self) -> None:
-        for name in ("before", "after", "information"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "before", "after", "information")
 
     def gained(self) -> Array:
         """Share of the variance that the run removes, (Q,) [-]."""

@@ -26,7 +26,7 @@ from urdyn.model.dynamics import Dynamics
 from urdyn.model.moments import generic_moments
 from urdyn.model.population import population
 from urdyn.simulate import Payload, typical_sensors
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 DOUBT = 1e-3  # [-] weight left to the population's prior where that is doubted
 TOLD = 1e-8  # [-] of the largest eigenvalue of information: less is rounding
@@ -46,8 +46,7 @@ class Question:
     asked: Array  # (P, r) orthonormal directions of interest, in scores
 
     def __post_init__(self) -> None:
-        for name in ("scores", "known", "weights", "asked"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "scores", "known", "weights", "asked")
 
     def information(self, columns: Columns, rows: float) -> Array:
         """M (P, P) after `rows` rows of a motion that is sampled at N moments."""

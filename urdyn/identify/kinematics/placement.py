@@ -11,7 +11,7 @@ from urdyn.model.geometry.chain_pose import flange, reach
 from urdyn.model.geometry.hayati import Form
 from urdyn.model.geometry.transmission import Effects
 from urdyn.model.geometry.turns import exponential, pose_of, rotation_vector
-from urdyn.types import Array, Index, frozen
+from urdyn.types import Array, Index, freeze
 
 BASE, TOOL = 6, 6  # coordinates of a pose: three of place, three of turn
 
@@ -28,8 +28,7 @@ class Placement:
     tool: Array  # (4, 4) transform_tool_to_flange
 
     def __post_init__(self) -> None:
-        for name in ("table", "coefficients", "base", "tool"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "table", "coefficients", "base", "tool")
 
     @property
     def deviations(self) -> Array:

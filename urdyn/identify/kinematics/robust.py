@@ -15,7 +15,7 @@ from urdyn.identify.kinematics.posterior import Posterior, learned, restricted
 from urdyn.identify.kinematics.spread import ANYWHERE
 from urdyn.io.poses import READINGS, Poses
 from urdyn.model.geometry.turns import turn_z
-from urdyn.types import Array, Index, frozen
+from urdyn.types import Array, Index, freeze
 
 FEW = 1500  # poses for the first steps
 STEPS, LAST = 40, 4  # most steps, with few poses and with all
@@ -31,7 +31,7 @@ class Sought:
     expected: Array  # (P,) prior mean of all unknowns: zero except where fits begin
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "spread", frozen(self.spread))
+        freeze(self, "spread")
 
 
 @dataclass(frozen=True, eq=False)

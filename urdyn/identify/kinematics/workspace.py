@@ -11,7 +11,7 @@ from urdyn.identify.kinematics.placement import Placement, slopes
 from urdyn.model.arm import Arm
 from urdyn.model.cell import STANDING, Cell
 from urdyn.model.collision import free
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 SAMPLES = 600  # free poses, at random
 DRAWS = 20  # per pose wanted: at least every fifth pose of a real arm is free
@@ -27,8 +27,7 @@ class Workspace:
     before: Array  # (N,) the same for an uncalibrated arm, tool and base known [m]
 
     def __post_init__(self) -> None:
-        for name in ("q", "place", "error", "before"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "q", "place", "error", "before")
 
 
 def roam(arm: Arm, count: int, rng: np.random.Generator) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 from urdyn.model.geometry.canonical import coordinates
 from urdyn.model.geometry.hayati import Form
 from urdyn.model.geometry.turns import places_of
-from urdyn.types import Array, frozen
+from urdyn.types import Array, freeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +28,7 @@ class Deltas:
     alpha: Array  # (J,) [rad]
 
     def __post_init__(self) -> None:
-        for name in ("theta", "d", "a", "alpha"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "theta", "d", "a", "alpha")
 
 
 def deltas_of(form: Form, table: Array) -> Deltas:

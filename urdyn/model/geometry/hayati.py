@@ -19,7 +19,7 @@ import numpy as np
 
 from urdyn.errors import ArmError
 from urdyn.model.geometry.turns import places_of
-from urdyn.types import Array, Mask, frozen
+from urdyn.types import Array, Mask, freeze
 
 KINDS = ("a", "alpha", "beta", "d", "theta")  # of one joint, in the order of the motions above
 UNITS = ("m", "rad", "rad", "m", "rad")
@@ -36,7 +36,7 @@ class Form:
     free: Mask  # (J, 5) those that are coordinates; the others stay as drawn
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "nominal", frozen(self.nominal))
+        freeze(self, "nominal")
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -27,7 +27,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.tracking.model import ANYTHING, LIGHT, PAYLOAD_SD
-from urdyn.types import Array, Gaussian, frozen
+from urdyn.types import Array, Gaussian, freeze
 
 LOAD = 4  # mass and first moments: a few seconds say little of inertia
 CHANGE = 1.0 / 3.0  # [-] share of a handling program's rests in which a piece comes or goes
@@ -47,8 +47,7 @@ class PayloadHypotheses:
     told: bool  # another payload was reported
 
     def __post_init__(self) -> None:
-        for name in ("mean", "cov", "first"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "mean", "cov", "first")
 
     @property
     def doubted(self) -> bool:
