@@ -11,20 +11,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Generic, TypeVar
+from typing import Generic
 
 import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.faults.alternatives import CLIP
-from urdyn.faults.detector import Alone, Detector, SpreadJudge, Taught, Verdict, given_detector
+from urdyn.faults.detector import Alone, Detector, S, SpreadJudge, Taught, Verdict, given_detector
 from urdyn.faults.gaps import Past
 from urdyn.faults.robust import SQUARE
 from urdyn.faults.whiten import Baseline, given_baseline
 from urdyn.given import given_number, given_step
 from urdyn.types import Array, freeze
-
-S = TypeVar("S")
 
 ALLOWED = 1.4  # [-] healthy spread over the baseline's, at most
 MEMORY = 400.0  # [steps] over which the spread is averaged

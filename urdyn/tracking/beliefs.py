@@ -6,17 +6,13 @@ for a Gaussian.
 
 from __future__ import annotations
 
-from typing import TypeVar
-
 import numpy as np
 
 from urdyn.estimate import Filter
-from urdyn.estimate.protocol import is_gaussian, is_shifting
+from urdyn.estimate.protocol import S, is_gaussian, is_shifting
 from urdyn.estimate.square_root import SquareRoot
 from urdyn.tracking.blocks import BlockBelief
 from urdyn.types import Array, Gaussian, Index
-
-S = TypeVar("S")
 
 QUICK = Gaussian | SquareRoot | BlockBelief
 # What a filter lacks that cannot be given a belief, or cannot even shift states that jumped.

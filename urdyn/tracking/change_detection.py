@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Generic, TypeVar
+from typing import Generic
 
 import numpy as np
 
 from urdyn.estimate import Filter
-from urdyn.estimate.protocol import is_gaussian
+from urdyn.estimate.protocol import S, is_gaussian
 from urdyn.model.drive import Drive
 from urdyn.tracking import beliefs
 from urdyn.tracking.abrupt_changes import (
@@ -32,8 +32,6 @@ from urdyn.tracking.physical import KNOWN
 from urdyn.tracking.state import TrackerState, rolled_back
 from urdyn.tracking.wear_test import ASK, SURE, SURER, YOUNG, WearReference, WearTest
 from urdyn.types import Array, Mask, changed
-
-S = TypeVar("S")
 
 PATIENCE = 2.0  # [s] after one change was reported before the next may be
 LOOK, LOOK_TIME = 5.0, 0.08  # samples, and at high rates [s], between two looks for a change

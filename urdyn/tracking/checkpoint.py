@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from urdyn.errors import InputError
+from urdyn.estimate.protocol import S
 from urdyn.io import writing
 from urdyn.tracking.interest import Interest
 from urdyn.tracking.losses import Losses
@@ -35,7 +36,6 @@ DAMAGE = (
 )  # fmt: skip
 ANEW = "name another --out, or start anew with --fresh"
 
-S = TypeVar("S")
 T = TypeVar("T")
 Cells = Mapping[str, NDArray[Any]]
 Layout = Mapping[str, Sequence[int]]  # shapes, by place in the tree

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Generic
 
+from urdyn.estimate.protocol import S
 from urdyn.io.frames import Words, numbers_frame, words_frame, words_of
 from urdyn.io.helper import Helper
 from urdyn.tracking import checkpoint
@@ -14,8 +15,6 @@ from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.observer import Observer
 from urdyn.tracking.physical import Quantities
 from urdyn.types import Array
-
-S = TypeVar("S")
 
 
 def begin_scribe() -> Helper:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Generic, TypeVar
+from typing import Generic
 
+from urdyn.estimate.protocol import S
 from urdyn.tracking.colour import Colour
 from urdyn.tracking.wear_test import ASKED, WearReference
-
-S = TypeVar("S")
 
 ROLLBACK = 2.0  # [s] that a change may take to be detected
 

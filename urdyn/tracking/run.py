@@ -9,12 +9,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from urdyn.errors import InputError
+from urdyn.estimate.protocol import S
 from urdyn.io import alone
 from urdyn.io.clock import elapsed
 from urdyn.io.helper import Helper
@@ -45,8 +46,6 @@ SWITCH = 5e-4  # [s] after which one thread yields to another
 PART = 10.0  # [s] of data between checkpoints, to be repeated after a kill
 AGAIN = 1000  # samples of a recording between checkpoints, at least: about a second of work
 ALIKE = 0.05  # [-] by which one stream's period may differ, estimated from a few stamps each time
-
-S = TypeVar("S")
 
 
 def run(

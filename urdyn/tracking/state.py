@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic
 
 from urdyn.estimate import Filter
+from urdyn.estimate.protocol import S
 from urdyn.signal import CausalState
 from urdyn.tracking.abrupt_changes import Evidence
 from urdyn.tracking.beliefs import shifted
@@ -16,8 +17,6 @@ from urdyn.tracking.payload.handling import ImplausibleLoads, Rest
 from urdyn.tracking.payload.hypotheses import PayloadHypotheses, no_hypotheses
 from urdyn.tracking.streams import Heard
 from urdyn.types import Array, Mask
-
-S = TypeVar("S")
 
 
 @dataclass(frozen=True, eq=False)

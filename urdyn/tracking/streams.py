@@ -16,6 +16,7 @@ from urdyn.dbn.measurement import LinearMeasurement, Standing
 from urdyn.dbn.process import RandomWalk
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.estimate import Filter
+from urdyn.estimate.protocol import S
 from urdyn.signal import Instant
 from urdyn.tracking.beliefs import marginal
 from urdyn.tracking.conditional_filter import SharedMeasurement
@@ -27,7 +28,6 @@ NEAR = 1.5  # periods from an instant, within which its motion gives the angles 
 NO_STATES = RandomWalk((), Gaussian(np.zeros(0), np.zeros((0, 0))), np.zeros(0))
 
 A = TypeVar("A")
-S = TypeVar("S")
 
 
 @dataclass(frozen=True, eq=False)

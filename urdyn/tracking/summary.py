@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
+from urdyn.estimate.protocol import S
 from urdyn.io.plain import plain
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.losses import as_plain, too_sparse
 from urdyn.tracking.physical import Quantities
 from urdyn.tracking.source import Source
 from urdyn.tracking.tracker import Tracker
-
-S = TypeVar("S")
 
 
 @dataclass(frozen=True, eq=False)

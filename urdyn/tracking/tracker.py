@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from urdyn.dbn.robot_slice import ROWS, RobotSlice
 from urdyn.dbn.wear import Wear
 from urdyn.dbn.widening import Widening
 from urdyn.estimate import Filter, Innovation
+from urdyn.estimate.protocol import S
 from urdyn.identify.fit import Fit
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.signal.stretches import GAP
@@ -34,8 +35,6 @@ from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
 from urdyn.tracking.wear_test import WearTest
 from urdyn.tracking.whitened_residuals import ResidualWhitener, WhitenedResiduals
 from urdyn.types import Array, Gaussian, Index, Mask, changed
-
-S = TypeVar("S")
 
 # Factors on the commissioned values that no drive exceeds, whatever happens to it.
 CREDIBLE = {"f": (0.15, 50.0), "alpha": (0.05, 50.0), "z": (0.3, 1.5)}

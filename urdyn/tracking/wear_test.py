@@ -21,15 +21,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Generic, TypeVar
+from typing import Generic
 
 import numpy as np
 
 from urdyn.dbn.wear import Wear
+from urdyn.estimate.protocol import S
 from urdyn.tracking.model import JOLTS
 from urdyn.types import Array, Gaussian, Index, Mask
-
-S = TypeVar("S")
 
 ASKED = 30.0  # [s] of motion; drives are tested against beliefs both younger and older than this
 YOUNG = 5.0  # [s] of motion: a younger belief is too much like the present one to test against

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Generic, TypeVar
+from typing import Generic
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.dbn.two_slice import linearised
 from urdyn.estimate import Filter, Innovation
+from urdyn.estimate.protocol import S
 from urdyn.model.drive import Drive
 from urdyn.signal import Instant
 from urdyn.tracking import colour, variance_scale
@@ -21,8 +22,6 @@ from urdyn.tracking.colour import Colour
 from urdyn.tracking.joint_motion import JointMotion
 from urdyn.tracking.robust_noise import with_robust_noise
 from urdyn.types import Array, changed
-
-S = TypeVar("S")
 
 SURE = 2.0  # [-] variance of an innovation over its noise's, below which it shows the noise
 KNOWN = 0.25  # [-] variance due to uncertain motion, over the noise's: likewise

@@ -6,11 +6,11 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
 from urdyn.errors import UrdynError
+from urdyn.estimate.protocol import S
 from urdyn.report.track.history import find_history
 from urdyn.tracking import Source, Tracker, quantities
 from urdyn.tracking.checkpoint import whose
@@ -24,8 +24,6 @@ RATE = 25.0  # [Hz] of moments, at most
 LATE = 0.2  # [s] of a sample's age, above which drawing takes too long
 BEHIND = 0.5  # [s] between two moments then, so that the tracker catches up
 PAUSE = 2.0  # [s] between two checks for more history
-
-S = TypeVar("S")
 
 
 def watched(source: Source) -> Iterator[Moment]:

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Generic, TypeVar
+from typing import Generic
 
 import numpy as np
 
 from urdyn.estimate import Filter
-from urdyn.estimate.protocol import is_gaussian
+from urdyn.estimate.protocol import S, is_gaussian
 from urdyn.tracking import beliefs
 from urdyn.tracking.health_prior import HealthPrior
 from urdyn.tracking.payload.hypotheses import LOAD, PayloadHypotheses, no_hypotheses
 from urdyn.tracking.state import TrackerState
 from urdyn.types import Array, Gaussian, Index
-
-S = TypeVar("S")
 
 
 @dataclass(frozen=True, eq=False)
