@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -13,6 +12,7 @@ import typer
 from urdyn.cli.kinds import as_counts, broken, kinds_table, summed
 from urdyn.cli.options import Json, Page, Quiet
 from urdyn.cli.voice import Voice
+from urdyn.io.plain import jsonable
 from urdyn.report.bench.shares import share_of
 from urdyn.report.digits import number
 from urdyn.report.terminal import terminal_table
@@ -85,7 +85,7 @@ def bench_faults(
     if out is not None:
         _draw(out, found, paper)
         voice.note(f"written: {out}")
-    voice.result({"runs": runs, "seed": seed} | _document(found, paper))
+    voice.result(jsonable({"runs": runs, "seed": seed} | _document(found, paper)))
 
 
 def _paper() -> Paper:
@@ -169,9 +169,9 @@ def _document(found: Measured, paper: Paper) -> dict[str, Any]:
         "table3": _table3(found, paper),
         "figure4": figures(found.life, paper.figure4),
         "kinds": as_counts(kinds) if kinds else None,
-        "faults": [_numbers(row) for row in found.rows],
-        "promise": [_numbers(one) for one in found.kept],
-        "forecasts": [_numbers(one) for one in found.predicted],
+        "faults": [asdict(row) for row in found.rows],
+        "promise": [asdict(one) for one in found.kept],
+        "forecasts": [asdict(one) for one in found.predicted],
     }
 
 
@@ -180,7 +180,7 @@ def _table3(found: Measured, paper: Paper) -> list[dict[str, Any]]:
     from urdyn.report.bench.table_three import TOGETHER
 
     arm = {
-        one.fault: _numbers(one) | {"false_per_1000": one.false_per_1000}
+        one.fault: asdict(one) | {"false_per_1000": one.false_per_1000}
         for one in found.on_arm(paper.faults)
     }
     ours = [row for row in found.rows if row.detector == TOGETHER]
@@ -188,19 +188,11 @@ def _table3(found: Measured, paper: Paper) -> list[dict[str, Any]]:
         {
             "fault": name,
             "paper": {"found": rate, "fp_rate": false, "delay": steps},
-            "scenario": [_numbers(row) for row in ours if row.fault == name],
+            "scenario": [asdict(row) for row in ours if row.fault == name],
             "arm": arm.get(name),
         }
         for name, (rate, false, steps) in paper.faults.items()
     ]
-
-
-def _numbers(row: Any) -> dict[str, Any]:
-    """Fields of a row; what has no value is null."""
-    return {
-        name: None if isinstance(value, float) and not math.isfinite(value) else value
-        for name, value in asdict(row).items()
-    }
 
 
 def _rates(rows: Sequence[Row]) -> Table:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json as encode
 import tempfile
 from dataclasses import asdict, replace
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +14,7 @@ import urdyn as ud
 from urdyn.cli.fresh import fresh
 from urdyn.cli.options import Json, Page, Quiet
 from urdyn.cli.voice import Voice
+from urdyn.io.plain import jsonable
 from urdyn.progress import Progress
 
 if TYPE_CHECKING:
@@ -132,15 +132,8 @@ def tried(
         nis, spread = bench.surprise(runs)
         rows = [asdict(truth) | {"pass": truth.honest} for truth in bench.truths(runs)]
         arms = {"robot": robot, "noise": noise, "arms": count, "duration_s": duration}
-        found.append(
-            arms | {"groups": [_finite(row) for row in rows]} | _finite({"nis": nis, "sd": spread})
-        )
+        found.append(arms | jsonable({"groups": rows, "nis": nis, "sd": spread}))
     return found
-
-
-def _finite(row: Document) -> Document:
-    """The row with None for what is not a finite number."""
-    return {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in row.items()}
 
 
 def _scenario(sigma: float, lives: int) -> list[Followed]:

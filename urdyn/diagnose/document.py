@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from urdyn.diagnose.doubt import doubt
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.recommend import arm_health, health, recommendation
 from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.trust import PASSING
 from urdyn.faults.decision import Costs
+from urdyn.io.plain import jsonable
 from urdyn.version import __version__
 
 WATCHED = {  # quantities of a history with judged changes, and the kind that judges each
@@ -44,21 +43,22 @@ def findings_document(
         restarts: how often a tracked belief was reset, since no arm explained the data any more.
     """
     costs, heard = rules.costs, dict(zip(joints, judged, strict=True))
-    rows, told = health(findings, joints, costs), [_finite(f.plain()) for f in findings]
+    rows, told = health(findings, joints, costs), [jsonable(f.plain()) for f in findings]
     why, first = doubt(told, len(joints), restarts)
     advice = recommendation(findings, costs, heard)
     origin = {"twin.sha256": identity.get("twin", ""), "rules": identity.get("rules", "")}
-    return {
+    document = {
         "urdyn": __version__,
         "provenance": origin | dict(source),
         **({"doubt": why} if why else {}),
         "findings": told,
-        "arm": _finite(_arm(rows, costs, judged, findings)),
-        "joints": [_finite(row | {"judged": heard[row["name"]]}) for row in rows],
-        "recommendation": _finite(advice | {"text": first + advice["text"]}),
+        "arm": _arm(rows, costs, judged, findings),
+        "joints": [row | {"judged": heard[row["name"]]} for row in rows],
+        "recommendation": advice | {"text": first + advice["text"]},
         "levels": {quantity: _levels(rules, kind) for quantity, kind in WATCHED.items()},
-        "observability": {"joint_backlash": [_finite(row) for row in observability]},
+        "observability": {"joint_backlash": list(observability)},
     }
+    return dict(jsonable(document))
 
 
 def _levels(rules: Rules, kind: str) -> dict[str, float]:
@@ -77,19 +77,3 @@ def _arm(
     told = arm_health(rows, costs) | {"judged": all(judged)}
     known = any(judged) or any(f.kind not in PASSING for f in findings)
     return told if known else told | {"health_index": None}
-
-
-def _finite(value: Any) -> Any:
-    """The same in JSON's own types; numbers that are not finite are null."""
-    match value:
-        case Mapping():
-            return {str(key): _finite(inner) for key, inner in value.items()}
-        case list() | tuple():
-            return [_finite(inner) for inner in value]
-        case np.ndarray():
-            return _finite(value.tolist())
-        case np.generic():
-            return _finite(value.item())
-        case float() if not np.isfinite(value):
-            return None
-    return value

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
 
 
 def plain(value: float) -> float | None:
@@ -18,3 +22,19 @@ def finite(value: object) -> float | None:
         return plain(value)
     except OverflowError:
         return None
+
+
+def jsonable(value: Any) -> Any:
+    """The same in JSON's own types; numbers that are not finite are null."""
+    match value:
+        case Mapping():
+            return {str(key): jsonable(inner) for key, inner in value.items()}
+        case list() | tuple():
+            return [jsonable(inner) for inner in value]
+        case np.ndarray():
+            return jsonable(value.tolist())
+        case np.generic():
+            return jsonable(value.item())
+        case float() if not math.isfinite(value):
+            return None
+    return value

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.io.plain import plain
+from urdyn.io.plain import jsonable
 from urdyn.report.canvas import MEASURED, OURS, TRUTH, band, figure, line, rule
 from urdyn.report.digits import MISSING
 from urdyn.report.markup import Html, grid, plot
@@ -78,11 +78,11 @@ def figures(life: Foreseen, paper: Told) -> dict[str, Any]:
         | {"at": paper.at, "critical_in": paper.ahead},
         "paper_filter": {"low_by": life.low_by(life.paper, paper.late)},
         "urdyn": {"alarm": life.alarm, "low_by": life.low_by(life.ours[:, 0], paper.late)}
-        | {"at": paper.at, "critical_in": {name: plain(left[k]) for name, k in columns.items()}},
+        | {"at": paper.at, "critical_in": {name: jsonable(left[k]) for name, k in columns.items()}},
         "series": {"t": life.t.tolist(), "truth": life.truth.tolist()}
         | {"paper_filter": life.paper.tolist()}
-        | {name: [plain(x) for x in life.ours[:, k]] for name, k in columns.items()}
-        | {"crossing": {n: [plain(x) for x in life.crossing[:, k]] for n, k in columns.items()}},
+        | {name: jsonable(life.ours[:, k]) for name, k in columns.items()}
+        | {"crossing": {n: jsonable(life.crossing[:, k]) for n, k in columns.items()}},
     }
 
 

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from urdyn.identify import Fit, Score
-from urdyn.io.plain import plain
+from urdyn.io.plain import jsonable
 from urdyn.model.body import BODY, centre_of_mass
-from urdyn.types import Array
 from urdyn.version import __version__
 
 FRICTION = ("coulomb", "viscous", "structural", "offset", "rotor_inertia")
@@ -105,17 +104,12 @@ def _score(score: Score) -> dict[str, Any]:
         "rows": source.rows,
         "n": len(score.log),
         "duration_s": score.duration,
-        "rre_percent": _numbers(score.rre_percent),
-        "rmse_A": _numbers(score.rmse),
-        "target_current_rre_percent": _numbers(target) if np.isfinite(target).any() else None,
-        "noise_floor_percent": _numbers(score.floor_percent),
-        "standing": _numbers(score.standing),
-        "moving_rre_percent": _numbers(score.moving_rre_percent),
-        "coverage90": _numbers(score.coverage90),
+        "rre_percent": jsonable(score.rre_percent),
+        "rmse_A": jsonable(score.rmse),
+        "target_current_rre_percent": jsonable(target) if np.isfinite(target).any() else None,
+        "noise_floor_percent": jsonable(score.floor_percent),
+        "standing": jsonable(score.standing),
+        "moving_rre_percent": jsonable(score.moving_rre_percent),
+        "coverage90": jsonable(score.coverage90),
         "defects": [str(defect) for defect in score.log.defects],
     }
-
-
-def _numbers(values: Array) -> list[float | None]:
-    """Plain numbers; JSON has no NaN."""
-    return [plain(x) for x in values]
