@@ -96,14 +96,18 @@ def _advised(document: Mapping[str, Any]) -> str:
     return sentence(document["recommendation"], document["findings"], judged)
 
 
-def forget_gone(folder: Path, findings: Sequence[Finding], ended: bool = False) -> None:
-    """Drop what is gone, or was not found in a run that has ended: it returns as another fault."""
+def forget_gone(folder: Path, findings: Sequence[Finding], ended: bool = False) -> Acknowledged:
+    """What was acknowledged, without what is gone, or was not found in a run that has ended.
+
+    If it returns, it is another fault.
+    """
     seen, gone = acknowledged(folder).seen, {f.id: f.gone for f in findings}
     left = {name: dict(of) for name, of in seen.items() if not gone.get(name, ended)}
     if not left:
         (folder / FILE).unlink(missing_ok=True)
     elif len(left) < len(seen):
         write_text(folder / FILE, json.dumps(left, indent=2) + "\n")
+    return Acknowledged(left)
 
 
 def _table(path: Path) -> dict[str, Any]:

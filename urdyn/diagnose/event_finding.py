@@ -13,8 +13,7 @@ from urdyn.diagnose.finding import Finding, severity
 from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.trust import trust
-
-SHOWS = {"dropped": "silent", ENCODER: "stuck or silent"}  # modes of a sensor, in words
+from urdyn.report.finding_words import SHOWS
 
 
 def of_event(event: Event, space: Space, rules: Rules) -> Finding:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from urdyn.diagnose.acknowledge import acknowledged, as_set, forget_gone
+from urdyn.diagnose.acknowledge import Acknowledged, acknowledged, as_set, forget_gone
 from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.finding import Finding
@@ -56,10 +56,10 @@ class Session:
     def write(self) -> dict[str, Any]:
         """Update DIR/findings.json; returns its content."""
         job, now = self.job, self.diagnosis.findings(self._state)
-        forget_gone(job.folder, now)
+        known = forget_gone(job.folder, now)
         observability = self.diagnosis.observable(self._state)
         document = findings_document(
-            self._known(now),
+            self._marked(now, known),
             joints=job.fit.dynamics.arm.joint_names,
             judged=self.diagnosis.judged(self._state),
             observability=observability,
@@ -73,11 +73,11 @@ class Session:
 
     def untold(self, found: Sequence[Finding]) -> list[dict[str, Any]]:
         """The findings that nobody has acknowledged yet."""
-        return [finding.plain() for finding in self._known(found) if not finding.acknowledged]
+        told = self._marked(found, acknowledged(self.job.folder))
+        return [finding.plain() for finding in told if not finding.acknowledged]
 
-    def _known(self, findings: Sequence[Finding]) -> list[Finding]:
+    def _marked(self, findings: Sequence[Finding], known: Acknowledged) -> list[Finding]:
         """Findings, with those marked that have been seen."""
-        known = acknowledged(self.job.folder)
         told = [replace(f, acknowledged=known.quiets(f)) for f in findings]
         return as_set(told) if self._load_as_set else told
 

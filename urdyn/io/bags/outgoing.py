@@ -15,12 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from urdyn.io.bags import sample
+from urdyn.io.bags import joint_states, sample
 from urdyn.io.bags.forms import require
 from urdyn.io.bags.joints import JOINTS
 from urdyn.types import Array
 
-JOINT_STATE = "sensor_msgs/msg/JointState"
 LATEST = 2**63 - 1  # [ns] that a bag can store
 SECONDS = 2**31 - 1  # [s] that a header can store
 
@@ -68,7 +67,7 @@ def told(parts: Iterable[Channels]) -> Told:
     robot = "actual_q" in first and first["actual_q"].shape[1:] == (len(JOINTS),)
     topics = [_samples("/rtde" if "actual_q" in first else "/urdyn/history", first)]
     if robot:
-        topics.append(Outgoing.standard("/joint_states", JOINT_STATE))
+        topics.append(Outgoing.standard("/joint_states", joint_states.TYPE))
     every = chain([first], stretches)
     return Told(tuple(topics), (m for part in every for m in _messages(part, robot)))
 
@@ -127,5 +126,5 @@ def _template() -> bytes:
     stamp = types["builtin_interfaces/msg/Time"](0, 0)
     header = types["std_msgs/msg/Header"](stamp, "")
     zero = np.zeros(len(JOINTS))
-    message = types[JOINT_STATE](header, list(JOINTS), zero, zero, zero)
-    return bytes(store.serialize_cdr(message, JOINT_STATE))
+    message = types[joint_states.TYPE](header, list(JOINTS), zero, zero, zero)
+    return bytes(store.serialize_cdr(message, joint_states.TYPE))

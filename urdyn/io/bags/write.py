@@ -10,10 +10,10 @@ from tempfile import mkdtemp
 from typing import Any, BinaryIO
 
 from urdyn.errors import InputError, LogError
-from urdyn.io.bags import sample
+from urdyn.io.bags import joint_states, sample
 from urdyn.io.bags.forms import require
 from urdyn.io.bags.messages import opened
-from urdyn.io.bags.outgoing import JOINT_STATE, Told
+from urdyn.io.bags.outgoing import Told
 from urdyn.version import __version__
 
 
@@ -81,7 +81,7 @@ def _ours(path: Path) -> bool:
             types = {topic.type for topic in bag.topics}
     except LogError:
         return False
-    return sample.TYPE in types <= {sample.TYPE, JOINT_STATE} and len([*path.iterdir()]) == 2
+    return sample.TYPE in types <= {sample.TYPE, joint_states.TYPE} and len([*path.iterdir()]) == 2
 
 
 def _write_bag(told: Told, folder: Path) -> None:
