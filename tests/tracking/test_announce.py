@@ -12,7 +12,8 @@ import pytest
 
 from urdyn.io.bags import joints
 from urdyn.io.ros2.compose import Types
-from urdyn.io.ros2.talk import Voice, acknowledged, forgetting, seen
+from urdyn.io.ros2.talk import Voice
+from urdyn.io.seen import acknowledged, forgetting, seen
 from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Level, Status, of_finding
 from urdyn.signal import samples

@@ -12,7 +12,8 @@ import numpy as np
 
 from urdyn.identify.fit import Fit
 from urdyn.io.listener import Listener
-from urdyn.io.ros2.talk import Seen, Voice, acknowledged, forgetting, seen
+from urdyn.io.ros2.talk import Voice
+from urdyn.io.seen import Seen, acknowledged, forgetting, seen
 from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Status
 from urdyn.model.body import centre_of_mass
