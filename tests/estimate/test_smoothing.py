@@ -22,13 +22,13 @@ from urdyn.dbn import (
     learn_network,
 )
 from urdyn.estimate import FixedLag, Kalman, smooth, track
-from urdyn.estimate.square_root import ROUNDING
+from urdyn.estimate.square_root import JITTER
 from urdyn.types import Array, Gaussian
 
 VAGUE = 1e10  # variance of a prior beside readings of variance 1
 # A reading without noise is given the rounding of what is expected of it: that of a vague prior, of
 # a level and its rate, is added to the first readings' 1; without noise its row stands so far out.
-BESIDE_VAGUE, BESIDE_EXACT = 2.0 * ROUNDING * VAGUE, 10.0 * np.finfo(float).eps / ROUNDING**0.5
+BESIDE_VAGUE, BESIDE_EXACT = 2.0 * JITTER * VAGUE, 10.0 * np.finfo(float).eps / JITTER**0.5
 FADING = Network(
     (Node("f", sd=0.1, time_constant=30.0), Node("a", sd=0.1, time_constant=5.0)),
     (Edge("f", "a", 0.5),),

@@ -30,7 +30,7 @@ from urdyn.estimate.linearised import (
     without_negatives,
 )
 from urdyn.estimate.protocol import paired
-from urdyn.estimate.square_root import ROUNDING, lower_root
+from urdyn.estimate.square_root import JITTER, lower_root
 from urdyn.given import given_count
 from urdyn.types import Array, Gaussian
 
@@ -116,7 +116,7 @@ def _forward(model: TwoSlice[U], state: Gaussian, u: U, y: Array) -> tuple[Passe
     moves[:n, :n], moves[:n, n] = F, filtered.mean - predicted.mean
     left = y[rows] - seen - H @ moves[:n, n]
     # R may be singular where S is not: no reading has less noise than S has rounding error.
-    V, _ = whitening(R + ROUNDING * np.diag((own + R).diagonal()))
+    V, _ = whitening(R + JITTER * np.diag((own + R).diagonal()))
     return Passed(moves, Q, filtered, V @ np.column_stack([H, left])), innovation
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from urdyn.types import Array, Gaussian, freeze
 
 # Rounding of a sum of n products, relative to the diagonal, by which a factorisation may fail.
-ROUNDING = 1e-15
+JITTER = 1e-15
 SINGULAR = 1e-13  # of its variance: rounding leaves this of a state that the others determine
 
 
@@ -60,7 +60,7 @@ def _lifted_root(cov: Array) -> Array:
     scale = np.where(sd > 0.0, sd, 1.0)
     correlation = cov / np.outer(scale, scale)
     value, vector = np.linalg.eigh(0.5 * (correlation + correlation.T))
-    lifted = np.maximum(value, ROUNDING * len(cov) * value[-1])
+    lifted = np.maximum(value, JITTER * len(cov) * value[-1])
     return np.where(sd[:, None] > 0.0, scale[:, None] * vector * np.sqrt(lifted), 0.0)
 
 

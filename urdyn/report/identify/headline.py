@@ -12,7 +12,7 @@ from urdyn.report.canvas import CONTROLLER, MEASURED, OURS, dots, figure, rule
 from urdyn.report.digits import number, percent
 from urdyn.report.evidence import Pooled, pool, telling
 from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, plot, table, tag, text
-from urdyn.report.names import joints, robot
+from urdyn.report.names import capital, joints, robot
 from urdyn.types import Array
 
 RESTS = 0.1  # [-] of the rows, from which on rest is mentioned: less are turning points
@@ -27,7 +27,7 @@ def headline(
 ) -> Html:
     """Title, doubts, the answer in one sentence, the bars that show it, and a few facts."""
     title = tag("h1", text(f"{robot(fit)} · {deed}"))
-    doubted = [paragraph(f"{said[:1].upper()}{said[1:]}.", "advice") for said in doubts]
+    doubted = [paragraph(f"{capital(said)}.", "advice") for said in doubts]
     if not scores:
         return join([title, *doubted, paragraph("No log was scored.", "headline"), facts(known)])
     found = pool(fit, telling(fit, scores))
