@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 
 from urdyn.dbn.robot import RobotCurrents
-from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.io.plain import plain
-from urdyn.model.body import centre_of_mass
-from urdyn.tracking.physical import weighed
+from urdyn.tracking.physical import Quantities, weighed
 from urdyn.tracking.reading import Reading
-from urdyn.types import Array
+from urdyn.tracking.spare_payload import spare_payload
+from urdyn.types import NORMAL90, Array
 
 LONGEST = 1.0  # [s] between two readings that count as one motion
 
@@ -28,9 +27,11 @@ class Interest:
 
     t: float  # [s] of the newest reading
     seconds: float  # [s] that the sums cover, rests included
-    used: Array  # (J,) [-] largest share of the torque that a healthy drive can give
-    used_sd: Array  # (J,) [-] of that share
-    spare: float  # [kg] least payload that could have been added
+    # (J,) [-] largest share of the torque that a healthy drive can give, by the commissioned gain
+    used: Array
+    used_sd: Array  # (J,) [-] of that share, by that gain
+    scale: Array  # (2, J) [-] gain per commissioned gain, as last believed, and its sd
+    spare: float  # [kg] payload that could have been added where that surely is least
     spare_sd: float  # [kg]
     work: Array  # (J,) [J] mechanical energy that the drives gave
     lost: Array  # (J,) [J] of that, lost to friction
@@ -48,6 +49,7 @@ def nothing_yet(joints: int) -> Interest:
         seconds=0.0,
         used=nothing,
         used_sd=nothing,
+        scale=np.stack([nothing + 1.0, nothing]),
         spare=np.inf,
         spare_sd=0.0,
         work=nothing,
@@ -75,31 +77,30 @@ def strained(so_far: Interest, reading: Reading, currents: RobotCurrents) -> Int
 
 
 def after(
-    so_far: Interest, reading: Reading, currents: RobotCurrents, commissioned: Array, due: bool
+    so_far: Interest, reading: Reading, of: Quantities, commissioned: Array, due: bool
 ) -> Interest:
-    """With one more reading: its peaks, and all the rest if `due` or if the payload changes."""
-    found = strained(so_far, reading, currents)
-    if due or reading.unknown:
-        found = gathered(found, reading, currents, commissioned)
+    """With one more reading: its peaks, and all the rest if `due`, or with a peak or a payload."""
+    found = strained(so_far, reading, of.currents)
+    if due or reading.unknown or found is not so_far:
+        found = gathered(found, reading, of, commissioned)
     return found
 
 
-def gathered(
-    so_far: Interest, reading: Reading, currents: RobotCurrents, commissioned: Array
-) -> Interest:
+def gathered(so_far: Interest, reading: Reading, of: Quantities, commissioned: Array) -> Interest:
     """With one more reading; `commissioned` is the state's mean on the first day, (n,)."""
-    u, x = reading.inputs, reading.belief.mean
+    currents, u, belief = of.currents, reading.inputs, reading.belief
+    x, gain = belief.mean, currents.places["gain"]
     drive = currents.reference.drive
     passed = reading.t - so_far.t
     dt = passed if 0.0 < passed < LONGEST else 0.0
-    per = drive.gain * np.exp(x[currents.places["z"]])  # [N·m/A]
-    torque = currents.observe(x, u) * per
-    spare, spare_sd = _spare(x, u, torque, currents, _doubt(reading, currents) * per)
-    before = so_far.spare, so_far.spare_sd
+    torque = currents.observe(x, u) * drive.gain * np.exp(x[currents.places["z"]])
+    least = so_far.spare, so_far.spare_sd
     if reading.unknown:  # another payload has another margin
-        before = np.inf, 0.0
-    known = weighed(reading.belief, currents)
-    least = (spare, spare_sd) if known and spare < before[0] else before
+        least = np.inf, 0.0
+    if weighed(belief, currents):
+        spare, sd = spare_payload(reading, of)
+        # Of the least of many, each somewhat wrong, most would be too small.
+        least = (spare, sd) if spare + NORMAL90 * sd < least[0] + NORMAL90 * least[1] else least
     # Residuals of the models alone: what the noise's colour predicts is no merit of the belief.
     residual = reading.current - np.stack([reading.modelled, currents.observe(commissioned, u)])
     compared = np.isfinite(reading.innovation.residual)
@@ -109,6 +110,7 @@ def gathered(
         so_far,
         t=reading.t,
         seconds=so_far.seconds + dt,
+        scale=np.stack([np.exp(x[gain]), np.hypot(belief.sd[gain], of.taken["payload"])]),
         spare=least[0],
         spare_sd=least[1],
         work=so_far.work + np.maximum(torque * u.v, 0.0) * dt,
@@ -123,9 +125,10 @@ def as_plain(interest: Interest, joint_names: tuple[str, ...]) -> dict[str, Any]
     residual, before, current = interest.squares
     n = np.where(interest.samples > 0, interest.samples, np.nan)
     seconds = max(interest.seconds, 1e-9)
+    scale, doubt = interest.scale
     rows = {
-        "torque_margin": 1.0 - interest.used,
-        "torque_margin_sd": interest.used_sd,
+        "torque_margin": 1.0 - scale * interest.used,
+        "torque_margin_sd": scale * np.hypot(interest.used_sd, doubt * interest.used),
         "power_W": interest.work / seconds,
         "friction_power_W": interest.lost / seconds,
         "rmse_A": np.sqrt(residual / n),
@@ -149,33 +152,6 @@ def _doubt(reading: Reading, currents: RobotCurrents) -> Array:
     H = currents.observe_jacobian(reading.belief.mean, reading.inputs)
     P = reading.belief.cov[: H.shape[1], : H.shape[1]]  # the rates do not affect the current
     return np.asarray(np.sqrt(np.diag(H @ P @ H.T + currents.observe_cov(reading.inputs))))
-
-
-def _spare(
-    x: Array, u: RobotSlice, torque: Array, currents: RobotCurrents, sd: Array
-) -> tuple[float, float]:
-    """Payload that could be added here before a drive reaches its limit [kg], and its sd.
-
-    tau = load + m d + beta |load + m d| s + rest = sign(d) z tau_max for the first joint that
-    reaches it, with d the torque of a kilogram at the payload's present centre.
-
-    Args:
-        sd: of the torque, (J,) [N·m].
-    """
-    at, heavier = currents.places, x.copy()
-    borne = currents.reference.payload + x[at["payload"]]
-    heavier[at["payload"]][:4] += [1.0, *np.nan_to_num(centre_of_mass(borne))]
-    load, beta = currents.load(x, u), np.exp(x[at["beta"]])
-    d = currents.load(heavier, u) - load
-    rest = torque - load - beta * np.abs(load) * u.s
-    limit = currents.reference.arm.effort_limit * np.minimum(np.exp(x[at["z"]]), 1.0)
-    bears = np.abs(d) > 1e-9
-    steep = np.where(bears, d * (1.0 + beta * np.sign(d) * u.s), np.nan)  # [N·m/kg] at the drive
-    room = (np.copysign(limit, d) - rest) / steep - load / np.where(bears, d, np.nan)
-    if not bears.any():
-        return np.inf, 0.0
-    joint = int(np.nanargmin(room))
-    return max(0.0, float(room[joint])), float(sd[joint] / abs(steep[joint]))
 
 
 def _percent(part: Array, whole: Array) -> Array:

@@ -92,7 +92,7 @@ def track(
             setting = setting.heard(sample.setting, state.moved - moved)
             if reading is None:
                 continue
-            shown = after(shown, reading, tracker.currents, first, k % every == every // 2)
+            shown = after(shown, reading, of, first, k % every == every // 2)
             if k % every == 0 or reading.widened:
                 mean, sd = of.of(reading.belief, reading.beside)
                 t.append(reading.t)

@@ -326,7 +326,7 @@ class _Run(Generic[S]):
         """With one more reading in the quantities of interest."""
         every, commissioned = spacing(self.source.period), self.tracker.model.prior.mean
         due = at.index % every == every // 2  # between two rows, so that no sample does both
-        found = interest.after(at.interest, reading, self.tracker.currents, commissioned, due)
+        found = interest.after(at.interest, reading, self.quantities, commissioned, due)
         return at if found is at.interest else replace(at, interest=found)
 
     def _finish(self, at: Checkpoint[S]) -> list[float]:
