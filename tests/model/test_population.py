@@ -99,6 +99,13 @@ def test_a_term_that_is_not_asked_for_is_zero_and_changes_no_other(
     np.testing.assert_array_equal(plain.inertials, rippled.inertials)
 
 
+def test_no_drawn_arm_is_driven_by_its_friction_at_rest(arms_of_a_type: Population) -> None:
+    rng = np.random.default_rng(11)
+    drives = [arms_of_a_type.draw(rng, frozenset({"stribeck"})).drive for _ in range(100)]
+    assert all((drive.coulomb + drive.stribeck > 0.0).all() for drive in drives)
+    assert np.mean([drive.stribeck < 0.0 for drive in drives]) > 0.3  # some are slippery at rest
+
+
 @pytest.mark.parametrize("effort", ["0", "1e6"])
 def test_less_is_known_of_the_gains_of_an_arm_that_does_not_rate_its_joints(
     effort: str, ur5e: Arm

@@ -105,6 +105,8 @@ class Population:
             else spread.at(scores.get(name, zero))
             for name, spread in self.drive.items()
         }
+        # Friction at rest, f + g, is positive.
+        values["stribeck"] = np.abs(values["coulomb"] + values["stribeck"]) - values["coulomb"]
         values["presliding_tail"] = np.clip(values["presliding_tail"], 0.0, MAX_TAIL)
         fixed = {"temperature": zero + TEMPERATURE, "health": zero + 1.0}
         drive = Drive(**(fixed | values), time_offset=0.0, friction_lead=0.0)

@@ -23,7 +23,7 @@ class Workspace:
 
     q: Array  # (N, J) [rad]
     place: Array  # (N, 3) of the tool, in the base [m]
-    error: Array  # (N,) RMS distance of the tool from its prediction [m]
+    error: Array  # (N,) RMS distance of the tool, as measured, from its prediction [m]
     before: Array  # (N,) the same for an uncalibrated arm, tool and base known [m]
 
     def __post_init__(self) -> None:

@@ -68,7 +68,8 @@ def trust(summary: Mapping[str, Any]) -> str:
     expected = summary["expected_tcp_error_mm"]
     space = (
         f"All over the workspace the tool is expected {millimetres(expected['median'])} from where "
-        f"it is predicted, {millimetres(expected['p95'])} in the worst twentieth."
+        f"it is predicted, {millimetres(expected['p95'])} in the worst twentieth; errors of the "
+        "measurement count too, as poses cannot tell them from the arm's."
     )
     if summary["trusted_elsewhere"]:
         return space
