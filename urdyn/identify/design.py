@@ -19,7 +19,7 @@ import numpy as np
 from urdyn.model.drive import LINEAR, STEPS
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import Bristles, Contact, fading, features
-from urdyn.types import Array, Mask, Motion
+from urdyn.types import STANDSTILL, Array, Mask, Motion
 
 TERMS = (*LINEAR, *STEPS)
 TICK = 1e-5  # [s] step of the torque's time derivative
@@ -34,8 +34,9 @@ class Block:
 
     motion: Motion  # kinematics at the time of the current
     bristles: Bristles
-    known: Mask  # (N, J) measured, and the presliding state no longer depends on its start
-    turning: Mask  # (N, J) near a reversal of the joint, or at rest
+    # (N, J) measured, the joint does not stand, and its presliding state has forgotten its start
+    known: Mask
+    turning: Mask  # (N, J) near a reversal or a rest of the joint, or in a rest
 
     @property
     def instrumental(self) -> Block:
@@ -48,9 +49,10 @@ class Block:
 def blocks(point: Dynamics, motion: Motion) -> Iterator[Block]:
     """A motion block by block, with the presliding state of an arm like `point`."""
     ahead = motion.ahead(point.drive.time_offset)
-    turns = turning(ahead)
-    distance = point.drive.presliding_distance
     edges = [0, *motion.breaks, len(motion)]
+    stands = np.concatenate([standing(ahead.slice(*rows)) for rows in pairwise(edges)])
+    turns = turning(ahead, stands)
+    distance = point.drive.presliding_distance
     for start, stop in pairwise(edges):
         memory: Bristles | None = None
         for row in range(start, stop, BLOCK):
@@ -59,18 +61,38 @@ def blocks(point: Dynamics, motion: Motion) -> Iterator[Block]:
             part = ahead.slice(row - lead, min(row + BLOCK, stop))
             follow = point.bristles(part, memory)
             known = _measured(point, part) & (follow.travelled > SETTLED * distance)
-            near = turns[row : row + len(part) - lead]
-            yield Block(part.slice(lead), follow.since(lead), known[lead:], near)
+            rows = slice(row, row + len(part) - lead)
+            slides = known[lead:] & ~stands[rows]
+            yield Block(part.slice(lead), follow.since(lead), slides, turns[rows])
             memory = follow.end
 
 
-def turning(motion: Motion) -> Mask:
-    """Where a joint is about to reverse, has just reversed, or stands, (N, J).
+def standing(motion: Motion) -> Mask:
+    """Where a joint is as slow as at rest for longer than it takes to reverse, (N, J).
+
+    Stiction sets its current, and its measured motion does not tell how much of it: errors of some
+    microradians as it stops bend the bristles, and what remains of them lasts for the whole rest.
+    Taken as known, rests are explained by friction that fades at next to no speed.
+    """
+    return np.stack([_standing(motion.t, np.abs(v) <= STANDSTILL) for v in motion.v.T], axis=1)
+
+
+def _standing(t: Array, slow: Mask) -> Mask:
+    """The same for one joint, from where it is slow, (N,)."""
+    stands, reversal = np.zeros_like(slow), 2.0 * AROUND * (1.0 + 1e-6)  # not but for rounding
+    for run in runs(slow):
+        stands[run] = t[run][-1] - t[run][0] > reversal
+    return stands
+
+
+def turning(motion: Motion, stands: Mask) -> Mask:
+    """Where a joint is about to reverse or stand, has just done so, or stands, (N, J).
 
     A joint that sticks is held by whatever friction it takes, and its acceleration jumps: no law
     that computes friction from the measured motion is exact there.
     """
-    return np.stack([_turning(motion.t, np.sign(v)) for v in motion.v.T], axis=1)
+    each = zip(motion.v.T, stands.T, strict=True)
+    return np.stack([_turning(motion.t, np.sign(v) * ~rests) for v, rests in each], axis=1)
 
 
 def _turning(t: Array, way: Array) -> Mask:
