@@ -82,11 +82,8 @@ class Noise:
         """The same noise in rows `step` [s] apart; itself for closer ones, where it is unknown."""
         if step < 1.5 * self.step:
             return self
-        alike = self.autocovariance(MAX_ORDER, step).T
-        ar, left = zip(*(_autoregressions(quick)[-1] for quick in alike), strict=True)
-        dof = np.full_like(self.dof, GAUSSIAN)  # of sums of several innovations
-        scale = np.sqrt(np.array(left) * (dof - 2.0) / dof)
-        return replace(self, scale=scale, dof=dof, ar=np.array(ar), keep=forgotten(step))
+        alike = regressed(self.autocovariance(MAX_ORDER, step), self.slow, step)
+        return replace(alike, sd=self.sd, turning=self.turning)
 
     @property
     def counted(self) -> Noise:
@@ -113,6 +110,19 @@ class Noise:
         scale = self.scale[joint] * np.where(turning, self.turning[joint], 1.0)
         weight = (dof + 1.0) / (dof + (innovation / scale) ** 2)
         return np.asarray(np.sqrt(weight * (dof + 1.0) / (dof + 3.0)) / scale)
+
+
+def regressed(quick: Array, slow: Array, step: float) -> Noise:
+    """Gaussian noise in rows `step` [s] apart, as of sums of several innovations.
+
+    Args:
+        quick: autocovariance of its fast part, (lags + 1, J) [A²].
+        slow: sd of its slow part, (J,) [A].
+    """
+    ar, left = zip(*(_autoregressions(of_joint)[-1] for of_joint in quick.T), strict=True)
+    dof = np.full_like(slow, GAUSSIAN)
+    scale = np.sqrt(np.array(left) * (dof - 2.0) / dof)
+    return Noise(np.hypot(np.sqrt(quick[0]), slow), scale, dof, np.array(ar), slow, forgotten(step))
 
 
 def white_noise(

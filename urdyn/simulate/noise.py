@@ -29,6 +29,11 @@ class Band:
     def __post_init__(self) -> None:
         freeze(self, "share")
 
+    def correlation(self, lag: Array) -> Array:
+        """Its part of the noise's correlation at lags (K,) [s], (K, J) [-]."""
+        decayed = np.exp(-lag / self.time) * np.cos(2.0 * np.pi * self.frequency * lag)
+        return np.outer(decayed, self.share)
+
 
 def quantised(values: Array, step: float) -> Array:
     """Values quantised with this step; 0: not quantised."""

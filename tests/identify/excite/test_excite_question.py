@@ -16,7 +16,7 @@ from urdyn.identify.excite.rating import scale
 from urdyn.identify.unknowns import PayloadPrior
 from urdyn.model.arm import load_arm
 from urdyn.signal import condition
-from urdyn.simulate import Payload, fourier, observe, typical_sensors, virtual_arm
+from urdyn.simulate import Payload, fourier, observe, real_sensors, virtual_arm
 from urdyn.simulate.trajectory import Trajectory
 
 
@@ -100,6 +100,16 @@ def test_rows_closer_than_those_of_the_twin_tell_no_more(identified):
     np.testing.assert_allclose(*sds, rtol=1e-3)
 
 
+@pytest.mark.parametrize("rate", [50.0, 125.0, 500.0])
+def test_without_a_twin_noise_has_the_colour_of_recordings(ur10e, rate):
+    noise, sensors = question(ur10e, rate=rate).noise, real_sensors(ur10e)
+    lags = np.arange(9) / rate
+    told = noise.autocovariance(8, 1.0 / rate) + np.outer(noise.keep ** np.arange(9), noise.slow**2)
+    true = sum(band.correlation(lags) for band in sensors.bands)
+    true[0] = 1.0
+    np.testing.assert_allclose(told, true * sensors.current_noise**2, atol=1e-9)
+
+
 def test_what_is_known_is_not_asked_again(identified):
     """Beside a twin, a run tells less than beside nothing, and what it adds is what is left."""
     arm = identified.dynamics.arm
@@ -173,12 +183,12 @@ def test_expected_and_achieved_spreads_agree():
     ratios = []
     for seed in range(2):
         true = virtual_arm(arm, seed)
-        log = observe(true, run, typical_sensors(arm), np.random.default_rng(seed))
+        log = observe(true, run, real_sensors(arm), np.random.default_rng(seed))
         fit = identify(arm, condition(log))
-        told = expected(question(arm, about=true), run)
+        told = expected(question(arm, about=true, rate=250.0), run)
         after = dict(zip(told.parameters.names, told.after, strict=True))
-        names = [f"{j}.{x}" for j in arm.joint_names for x in ("coulomb", "viscous", "gain")]
-        names += [f"{j}.rotor_inertia" for j in arm.joint_names]
+        told_of = ("coulomb", "viscous", "gain", "rotor_inertia", "offset")
+        names = [f"{j}.{x}" for j in arm.joint_names for x in told_of]
         ratios += [fit.spread(name) / after[name] for name in names]
     # Noise is estimated from 5,000 rows, and colours by what the encoder and bristles add.
     assert abs(np.median(ratios) - 1.0) < 0.05

@@ -43,7 +43,7 @@ def expected(question: Question, trajectory: Trajectory) -> Expected:
     motion = trajectory.at(grid(len(trajectory) * trajectory.step, rate))
     motion = replace(motion, current=point.current(motion))
     payload = 0 if unknowns.payloads else None
-    blocks = compress(point, motion, question.noise.counted, payload)
+    blocks = compress(point, motion, question.noise.at(1.0 / rate).counted, payload)
     M = question.known + data_information(build_problem(unknowns, blocks, point), z)
     parameters, jacobian = physical(unknowns, z)
     return Expected(parameters, _sd(jacobian, question.known), _sd(jacobian, M), M)
