@@ -16,17 +16,31 @@ from urdyn.diagnose.change import Push
 from urdyn.diagnose.collision import Collision
 from urdyn.diagnose.diagnosis import _told_of
 from urdyn.diagnose.event import Event
+from urdyn.diagnose.event_finding import of_event
 from urdyn.diagnose.pushed import BIN, LOUD, Bin, Pushed
 from urdyn.diagnose.rows import rows
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import Space, space
 from urdyn.diagnose.warmth import unfelt
-from urdyn.simulate import Payload, Trajectory, Work, happening, observe, typical_sensors
+from urdyn.model.arm import read_arm
+from urdyn.simulate import (
+    Payload,
+    Trajectory,
+    Work,
+    happening,
+    observe,
+    parse_fault,
+    typical_sensors,
+)
+from urdyn.simulate.rigid import pushed
+from urdyn.simulate.schedule import course
+from urdyn.simulate.wrench import wrenches
 
 CALM = 3
 Q = np.array([0.3, -1.2, 1.0, -0.6, 0.7, 0.2])  # [rad]
-FORCE = np.array([60.0, -70.0, 40.0])  # [N]
+FORCE = np.array([60.0, -70.0, 40.0])  # [N] in the axes of the pendant's base
 NOTHING = np.zeros((1, 10))
+HALF_TURN = np.diag([-1.0, -1.0, 1.0])  # from base_link's axes to those of the pendant's base
 
 
 @pytest.fixture(scope="module")
@@ -63,12 +77,16 @@ def _pushed(where: Space, link: int) -> np.ndarray:
 
 
 def _lever(where: Space, q: np.ndarray, link: int, part: float) -> np.ndarray:
-    """How a point of a link moves, `part` of the way to the next joint, per joint speed (3, J)."""
+    """How a point of a link moves, `part` of the way to the next joint, per joint speed (3, J).
+
+    In the axes of the pendant's base.
+    """
     arm = where.reference.arm
     frame, following = (arm.pose(q, name) for name in (*arm.link_names, arm.tool)[link : link + 2])
     lever = part * (following[:3, 3] - frame[:3, 3])
     twist = arm.jacobian(q, arm.link_names[link])
-    return np.where(np.arange(6) <= link, twist[:3] + np.cross(twist[3:], lever, axis=0), 0.0)
+    moves = np.where(np.arange(6) <= link, twist[:3] + np.cross(twist[3:], lever, axis=0), 0.0)
+    return HALF_TURN @ moves
 
 
 def _event(where: Space, felt: np.ndarray):
@@ -80,6 +98,27 @@ def test_a_push_is_told_with_its_link_and_force(where: Space) -> None:
     assert event.joint == 3
     # The mean over the strong part of half a sine is .87 of its peak.
     assert np.allclose(event.evidence["force_N"], 0.87 * FORCE, atol=0.15 * np.linalg.norm(FORCE))
+
+
+def test_a_push_is_told_in_the_axes_of_the_controllers_own_force(shop: Shop, where: Space) -> None:
+    arm, t, still = where.reference.arm, BIN * np.arange(8), np.zeros((8, 6))
+    push = parse_fault("collision:link=5,force=60/-70/40,duration=0.2", 6)
+    now, motion = course(shop.dynamics, [push], t), Trajectory(t, Q + still, still, still).at(t)
+    own = wrenches(shop.dynamics, now, motion)["actual_TCP_force"][:, :3]
+    event = _event(where, -pushed(arm, motion.q, now.push))
+    away = event.evidence["force_N"] - own[2:4].mean(axis=0)  # the loud bins
+    assert np.linalg.norm(away) < 0.15 * np.linalg.norm(FORCE)
+    assert "of the pendant's base" in of_event(event, where, read_rules()).text
+
+
+def test_a_push_on_an_arm_without_a_controllers_base_is_told_in_its_roots_axes(
+    where: Space,
+) -> None:
+    bare = read_arm(where.reference.arm.urdf.replace('"base"', '"stand"'))
+    foreign = replace(where, reference=replace(where.reference, arm=bare))
+    event, known = (_event(arm, _pushed(where, 3)) for arm in (foreign, where))
+    assert np.allclose(event.evidence["force_N"], HALF_TURN @ known.evidence["force_N"])
+    assert "of the root link" in of_event(event, foreign, read_rules()).text
 
 
 def test_a_confidence_in_a_link_is_how_often_it_is_that(where: Space) -> None:

@@ -22,6 +22,7 @@ from urdyn.report.track.history import History
 from urdyn.report.track.page import track_page
 
 SCRIPT = re.compile(r"<script.*?</script>", re.S)
+PUSH = {"duration_s": 0.5, "strength_N": 40.0, "force_N": [40.0, 0.0, 0.0], "frame": "base"}
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +143,7 @@ def test_the_health_of_what_was_not_seen_is_not_told(history):
 def test_the_health_of_an_arm_of_which_no_joint_was_judged_is_not_told(history):
     push = replace(
         growing(name="forearm_link"), kind="collision", forecast=None, time_to_failure_s=None,
-        evidence={"duration_s": 0.5, "strength_N": 40.0, "force_N": [40.0, 0.0, 0.0]},
+        evidence=PUSH,
     )  # fmt: skip
     for findings in ((), (push,)):
         said = diagnosed(*findings, judged=False)
@@ -182,14 +183,13 @@ def test_a_push_is_told_by_the_stamp_of_the_terminal_and_drawn_in_the_joints_tha
     table["current_0"] = table["current_0"] + shoved * ((t > 20.0) & (t < 20.5))
     table["predicted_1"] = np.full(len(t), np.nan)  # it stands
     table["current_1"] = 2.0 + shoved * ((t > 20.0) & (t < 20.5))
-    evidence = {"duration_s": 0.5, "strength_N": 40.0, "force_N": [40.0, 0.0, 0.0]}
     finding = replace(
         growing(name="forearm_link"), kind="collision", forecast=None, time_to_failure_s=None,
         onset_s=START + 20.0,
     )  # fmt: skip
     run = write(tmp_path / "history.parquet", table)
     for torque, joints in (([9.0, 9.0], {"shoulder", "elbow"}), ([9.0, np.nan], {"shoulder"})):
-        push = replace(finding, evidence=evidence | {"torque_Nm": torque})
+        push = replace(finding, evidence=PUSH | {"torque_Nm": torque})
         told = page(run, push)
         assert "for 0.50 s; stamp 1020.00 s" in told
         (drawn,) = (

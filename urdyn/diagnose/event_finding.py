@@ -13,7 +13,7 @@ from urdyn.diagnose.finding import Finding, severity
 from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.trust import trust
-from urdyn.report.finding_words import SHOWS
+from urdyn.report.finding_words import SHOWS, push
 
 
 def of_event(event: Event, space: Space, rules: Rules) -> Finding:
@@ -86,11 +86,8 @@ def _shown(event: Event, name: str) -> str:
 
 def _pushed(event: Event, name: str) -> str:
     told = event.evidence
-    along = ", ".join(f"{x:.0f}" for x in told["force_N"])
-    return (
-        f"{name}: pushed with {told['strength_N']:.0f} N, ({along}) N along x, y, z of the "
-        f"base, for {told['duration_s']:.2f} s at stamp {event.onset:.2f} s"
-    )
+    lasted = f"for {told['duration_s']:.2f} s at stamp {event.onset:.2f} s"
+    return f"{name}: pushed with {push(told)}, {lasted}"
 
 
 def _swings(event: Event, name: str) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from urdyn.diagnose.carried import ANYTHING
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.space import Space
+from urdyn.model.arm import controller_base, describes_base
 from urdyn.types import Array, Mask
 
 BIN = 0.04  # [s]
@@ -127,9 +128,11 @@ class Pushed:
             return None
         begin, last = bins[0].t, bins[-1].t
         end = bins[-1 - calm].t + BIN if len(bins) > calm else last
+        arm = self.space.reference.arm
         evidence = {
-            "link": self.space.reference.arm.link_names[link],
+            "link": arm.link_names[link],
             "force_N": force.tolist(),
+            "frame": "base" if describes_base(arm) else "root",
             "strength_N": strength,
             "duration_s": float(end - begin),
             "peak_s": bins[peak].t,
@@ -177,10 +180,13 @@ class Pushed:
     def _points(self, q: Array) -> list[tuple[int, Array]]:
         """Links but the first, with Jacobians (3, J) of the joint and the middle of each.
 
-        The next joint does not move its own frame's origin: both ends belong to the link.
+        In the axes of the controller's base. The next joint does not move its own frame's origin:
+        both ends belong to the link.
         """
         arm, points = self.space.reference.arm, []
-        ends = [arm.jacobian(q, name)[:3] for name in (*arm.link_names[1:], arm.tool)]
+        root_to_base = controller_base(arm)[:3, :3].T
+        names = (*arm.link_names[1:], arm.tool)
+        ends = [root_to_base @ arm.jacobian(q, name)[:3] for name in names]
         for link, (joint, following) in enumerate(pairwise(ends), start=1):
             own = np.arange(arm.joints) <= link
             points += [(link, np.where(own, J, 0.0)) for J in (joint, 0.5 * (joint + following))]

@@ -262,12 +262,16 @@ def _with_masses(inertials: Array) -> Mask:
     return np.asarray(np.isfinite(inertials) & (inertials[:, :1] != 0.0))
 
 
+def describes_base(arm: Arm) -> bool:
+    """Whether it has UR's `base`, in whose axes the controller and its pendant tell everything."""
+    return bool(arm._model.existFrame(f"{arm.prefix}base", pin.FrameType.BODY))
+
+
 def controller_base(arm: Arm) -> Array:
     """transform_base_to_root (4, 4): UR's `base`, or the root where none is described."""
-    try:
-        return arm.pose(np.zeros(arm.joints), f"{arm.prefix}base")
-    except ArmError:
+    if not describes_base(arm):
         return np.eye(4)
+    return arm.pose(np.zeros(arm.joints), f"{arm.prefix}base")
 
 
 def _build(root: ET.Element, chain: Chain) -> Any:

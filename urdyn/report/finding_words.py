@@ -21,6 +21,7 @@ KINDS = {
     "encoder_offset": "encoder offset",
     "sensor_fault": "sensor fault",
 }
+FRAMES = {"base": "the pendant's base", "root": "the root link"}  # a push's axes
 SHOWS = {"dropped": "silent", "encoder": "stuck or silent"}  # modes of a sensor, in words
 
 
@@ -135,12 +136,18 @@ def amount(finding: Mapping[str, Any], value: float) -> str:
     return f"{'+' if value > 0.0 else ''}{number(factor(finding) * value)} {unit(finding)}"
 
 
+def push(evidence: Mapping[str, Any]) -> str:
+    """How hard a push was, and which way."""
+    along = ", ".join(map(number, evidence["force_N"]))
+    axes = f"x, y, z of {FRAMES[evidence['frame']]}"
+    return f"{number(evidence['strength_N'])} N, ({along}) N along {axes}"
+
+
 def size(finding: Mapping[str, Any]) -> str:
     """Its size with its 90 % interval; its mode where it has no size."""
     evidence = finding.get("evidence", {})
     if "force_N" in evidence:
-        along = ", ".join(map(number, evidence["force_N"]))
-        return f"{number(evidence['strength_N'])} N, ({along}) along x, y, z of the base"
+        return push(evidence)
     if mode := evidence.get("mode"):
         return SHOWS.get(mode, str(mode)) + (", well again" if "until_s" in evidence else "")
     if "was_rad" in evidence:
