@@ -18,7 +18,8 @@ BEGAN, TOLD = (16.0, 20.0), 30.0  # [s]
 
 
 def _finding(shop: Shop, kind: str, joint: int, onset: float, **evidence: object) -> Finding:
-    said = {"force_N": [30.0, 0.0, 0.0], "strength_N": 30.0, "frame": "base", "duration_s": 1.0}
+    said = {"force_N": [30.0, 0.0, 0.0], "force_sd_N": [3.0, 3.0, 3.0], "frame": "base"}
+    said |= {"strength_N": 30.0, "duration_s": 1.0}
     said |= evidence
     event = Event(kind, joint, onset, onset + 1.5, 30.0, 0.9, said)
     return of_event(event, space(shop.fit), read_rules())

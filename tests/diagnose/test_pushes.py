@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -35,6 +35,7 @@ from urdyn.simulate import (
 from urdyn.simulate.rigid import pushed
 from urdyn.simulate.schedule import course
 from urdyn.simulate.wrench import wrenches
+from urdyn.types import NORMAL90
 
 CALM = 3
 Q = np.array([0.3, -1.2, 1.0, -0.6, 0.7, 0.2])  # [rad]
@@ -94,8 +95,8 @@ def _event(where: Space, felt: np.ndarray):
 
 
 def test_a_push_is_told_with_its_link_and_force(where: Space) -> None:
-    event = _event(where, _pushed(where, 3))
-    assert event.joint == 3
+    event = _event(where, _pushed(where, 4))
+    assert event.joint == 4
     # The mean over the strong part of half a sine is .87 of its peak.
     assert np.allclose(event.evidence["force_N"], 0.87 * FORCE, atol=0.15 * np.linalg.norm(FORCE))
 
@@ -121,14 +122,20 @@ def test_a_push_on_an_arm_without_a_controllers_base_is_told_in_its_roots_axes(
     assert "of the root link" in of_event(event, foreign, read_rules()).text
 
 
-def test_a_confidence_in_a_link_is_how_often_it_is_that(where: Space) -> None:
-    """At its own joint a link's push may as well be one on the link before: both are weighed.
+@dataclass(frozen=True)
+class Placed:
+    """Pushes of random strength and direction, and what was made of them."""
 
-    Of 400 draws, shares near .8 are within .07 of their mean by 3.5 sd.
-    """
+    right: np.ndarray  # (N,) the link told is the pushed one
+    sure: np.ndarray  # (N,) [-] its confidence
+    off: np.ndarray  # (N, 3) [-] error of the force, in its sd
+
+
+@pytest.fixture(scope="module")
+def placed(where: Space) -> Placed:
     rng, alone = np.random.default_rng(4), Pushed(where, 15.0)
-    sd, right, sure = np.array([2.0, 2.0, 1.5, 0.6, 0.6, 0.6]), [], []
-    for _ in range(400):
+    sd, told = np.array([2.0, 2.0, 1.5, 0.6, 0.6, 0.6]), []
+    while len(told) < 400:
         q, link = rng.uniform(-2.5, 2.5, 6), int(rng.integers(1, 6))
         force = rng.standard_normal(3)
         force *= rng.uniform(60.0, 200.0) / np.linalg.norm(force)
@@ -136,11 +143,24 @@ def test_a_confidence_in_a_link_is_how_often_it_is_that(where: Space) -> None:
         if np.sum((felt / sd) ** 2) < LOUD:
             continue
         felt += sd * rng.standard_normal(6)
-        told, share, _ = alone._place(q, felt, sd, np.ones(6, dtype=bool))
-        right.append(told == link)
-        sure.append(share)
-    assert np.mean(right) > 0.75
-    assert abs(np.mean(right) - np.mean(sure)) < 0.07
+        named, share, found = alone._place(q, felt, sd, np.ones(6, dtype=bool))
+        told.append((named == link, share, (found.mean - force) / found.sd))
+    right, sure, off = zip(*told, strict=True)
+    return Placed(np.array(right), np.array(sure), np.array(off))
+
+
+def test_a_confidence_in_a_link_is_how_often_it_is_that(placed: Placed) -> None:
+    """At its own joint a link's push may as well be one on the link before: both are weighed.
+
+    Of 400 draws, shares near .8 are within .07 of their mean by 3.5 sd.
+    """
+    assert placed.right.mean() > 0.75
+    assert abs(placed.right.mean() - placed.sure.mean()) < 0.07
+
+
+def test_which_way_a_push_went_is_told_with_intervals_that_hold(placed: Placed) -> None:
+    """An interval holds 90 % of each component; of 400 draws, .85 is 3.3 sd below that."""
+    assert (np.abs(placed.off) < NORMAL90).mean(axis=0).min() > 0.85
 
 
 def test_a_piece_that_is_there_when_it_seems_over_was_no_push(where: Space) -> None:
@@ -370,7 +390,7 @@ def test_who_took_friction_for_a_push_is_not_deaf_to_one(shop: Shop, where: Spac
     t = log.t - log.t[0]
     held = 1.5 * drive.coulomb * (np.abs(t - 2.0) < 0.12)[:, None]
     course = np.where((t > 2.7) & (t < 2.95), 1.0, 0.0)
-    torque = np.array([-_lever(where, at, 3, 0.5).T @ FORCE for at in q])
+    torque = np.array([-_lever(where, at, 4, 0.5).T @ FORCE for at in q])
     current = log.joint("actual_current") + (held + course[:, None] * torque) / drive.gain
     motion, s, moved = shop.motion(with_current(log, current))
     alone, sound, events = Collision(where, read_rules().fast.collision), np.zeros(6, bool), []

@@ -22,7 +22,8 @@ from urdyn.report.track.history import History
 from urdyn.report.track.page import track_page
 
 SCRIPT = re.compile(r"<script.*?</script>", re.S)
-PUSH = {"duration_s": 0.5, "strength_N": 40.0, "force_N": [40.0, 0.0, 0.0], "frame": "base"}
+PUSH = {"duration_s": 0.5, "strength_N": 40.0, "force_N": [40.0, 0.0, 0.0]}
+PUSH |= {"force_sd_N": [5.0, 50.0, 1.0], "frame": "base"}
 
 
 @pytest.fixture(scope="module")
@@ -331,6 +332,8 @@ def test_what_is_gone_is_said_to_be_and_neither_marked_nor_a_reason_to_fail(hist
 def test_a_size_has_the_digits_of_its_interval():
     assert size({"unit": "kg", "size": 2.00712, "size_sd": 0.018}) == "2.007 ± 0.030 kg"
     assert size({"unit": "N", "size": 90.2, "size_sd": None}) == "90 N"
+    along = "(40.0 ± 8.2, 0 ± 82, 0.0 ± 1.6) N along x, y, z of the pendant's base"
+    assert size({"evidence": PUSH}) == f"40 N, {along}"
 
 
 @pytest.mark.parametrize(

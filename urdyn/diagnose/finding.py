@@ -29,7 +29,7 @@ class Finding:
     # log's end; None: it does not grow. To the warning level: `forecast["to_warning_s"]`.
     time_to_failure_s: Mapping[str, float] | None
     size: float  # in `unit`
-    size_sd: float  # NaN (null in JSON) for fast kinds, except loops that ring for a while
+    size_sd: float  # NaN (null in JSON) for fast kinds, but pushes and loops that ring for a while
     quantity: str
     unit: str
     text: str  # one sentence

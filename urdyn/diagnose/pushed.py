@@ -7,15 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from urdyn.diagnose.carried import ANYTHING
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.space import Space
+from urdyn.estimate.mixture import log_density, moments, normalised
 from urdyn.model.arm import controller_base, describes_base
-from urdyn.types import Array, Mask
+from urdyn.types import Array, Gaussian, Mask
 
 BIN = 0.04  # [s]
 LOUD = 90.0  # [-] sum of squares above which something happens
@@ -23,6 +23,7 @@ QUIET = 30.0  # [-] and below which nothing happens
 MODEL = 0.05  # [-] of a changing torque, by which the model may be wrong
 MOST = 2.5  # [-] sd of a prediction, most that it is off by
 FORCE = 100.0  # [N] sd of a push
+PARTS = (0.0, 0.5)  # [-] of the way to the next joint, at which a link may be pushed
 STRONG = 0.5  # [-] of the loudest bin, above which bins describe the push
 LASTS = 3  # bins that a push must last beside a piece that is taken up
 ENDING = 3  # last bins, by which a load on a standing arm is still there
@@ -123,7 +124,7 @@ class Pushed:
         mean, doubt = _loudest(bins, calm, felt, size)
         peak = int(np.argmax(size))
         link, share, force = self._place(bins[peak].q, mean, doubt, np.isfinite(doubt))
-        strength = float(np.linalg.norm(force))
+        strength = float(np.linalg.norm(force.mean))
         if strength < self.least:
             return None
         begin, last = bins[0].t, bins[-1].t
@@ -131,7 +132,8 @@ class Pushed:
         arm = self.space.reference.arm
         evidence = {
             "link": arm.link_names[link],
-            "force_N": force.tolist(),
+            "force_N": force.mean.tolist(),
+            "force_sd_N": force.sd.tolist(),
             "frame": "base" if describes_base(arm) else "root",
             "strength_N": strength,
             "duration_s": float(end - begin),
@@ -148,49 +150,41 @@ class Pushed:
             alarm=last + BIN,
             confidence=share,
             size=strength,
+            size_sd=float(np.sqrt(force.mean @ force.cov @ force.mean)) / strength,
             evidence=evidence,
         )
 
-    def _place(self, q: Array, felt: Array, sd: Array, known: Mask) -> tuple[int, float, Array]:
-        """The link that explains the torques best, its share of the evidence, and the force [N].
+    def _place(self, q: Array, felt: Array, sd: Array, known: Mask) -> tuple[int, float, Gaussian]:
+        """The likeliest link, its probability, and the force wherever it acts [N].
 
         Args:
             known: joints with a current, (J,).
         """
-        weights, forces = [], []
-        points = self._points(q)
-        V = np.diag(sd[known] ** 2 + (MODEL * felt[known]) ** 2)
-        for _, J in points:
-            J = J[:, known]
-            # The drives hold against the push: their extra torque is -J' F.
-            S = V + FORCE**2 * J.T @ J
-            gain = -(FORCE**2) * J @ np.linalg.inv(S)
-            weights.append(
-                -0.5 * np.linalg.slogdet(S)[1] - 0.5 * felt[known] @ np.linalg.solve(S, felt[known])
-            )
-            forces.append(gain @ felt[known])
-        share = np.exp(np.array(weights) - max(weights))
-        share /= share.sum()
-        links = np.array([link for link, _ in points])
+        links, J = self._points(q)
+        J, felt = J[..., known], felt[known]
+        Jt = np.swapaxes(J, 1, 2)
+        S = np.diag(sd[known] ** 2 + (MODEL * felt) ** 2) + FORCE**2 * Jt @ J
+        # The drives hold against the push: their extra torque is -J' F.
+        gain = -(FORCE**2) * J @ np.linalg.inv(S)
+        share = np.exp(normalised(log_density(felt, S))[0])
         each = np.bincount(links, share)
         link = int(np.argmax(each))
-        best = int(np.argmax(np.where(links == link, share, 0.0)))
-        return link, float(each[link]), forces[best]
+        cov = FORCE**2 * (np.eye(3) + gain @ Jt)
+        return link, float(each[link]), moments(share, gain @ felt, cov)
 
-    def _points(self, q: Array) -> list[tuple[int, Array]]:
-        """Links but the first, with Jacobians (3, J) of the joint and the middle of each.
+    def _points(self, q: Array) -> tuple[Array, Array]:
+        """Points of links but the first: the link (P,), and the Jacobian (P, 3, J) of each.
 
         In the axes of the controller's base. The next joint does not move its own frame's origin:
         both ends belong to the link.
         """
-        arm, points = self.space.reference.arm, []
-        root_to_base = controller_base(arm)[:3, :3].T
+        arm = self.space.reference.arm
         names = (*arm.link_names[1:], arm.tool)
-        ends = [root_to_base @ arm.jacobian(q, name)[:3] for name in names]
-        for link, (joint, following) in enumerate(pairwise(ends), start=1):
-            own = np.arange(arm.joints) <= link
-            points += [(link, np.where(own, J, 0.0)) for J in (joint, 0.5 * (joint + following))]
-        return points
+        links = np.arange(1, arm.joints)
+        ends = controller_base(arm)[:3, :3].T @ [arm.jacobian(q, name)[:3] for name in names]
+        own = np.arange(arm.joints) <= links[:, None, None]
+        points = [np.where(own, ends[:-1] + part * np.diff(ends, axis=0), 0.0) for part in PARTS]
+        return np.tile(links, len(PARTS)), np.concatenate(points)
 
 
 def _of_one_value(bins: tuple[Bin, ...], size: Array) -> bool:

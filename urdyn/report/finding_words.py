@@ -137,8 +137,8 @@ def amount(finding: Mapping[str, Any], value: float) -> str:
 
 
 def push(evidence: Mapping[str, Any]) -> str:
-    """How hard a push was, and which way."""
-    along = ", ".join(map(number, evidence["force_N"]))
+    """How hard a push was, and which way, with 90 % intervals."""
+    along = ", ".join(map(interval90, evidence["force_N"], evidence["force_sd_N"]))
     axes = f"x, y, z of {FRAMES[evidence['frame']]}"
     return f"{number(evidence['strength_N'])} N, ({along}) N along {axes}"
 
