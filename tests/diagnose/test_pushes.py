@@ -139,7 +139,7 @@ def placed(where: Space) -> Placed:
         q, link = rng.uniform(-2.5, 2.5, 6), int(rng.integers(1, 6))
         force = rng.standard_normal(3)
         force *= rng.uniform(60.0, 200.0) / np.linalg.norm(force)
-        felt = -_lever(where, q, link, rng.choice([0.0, 0.5])).T @ force
+        felt = -_lever(where, q, link, rng.uniform()).T @ force
         if np.sum((felt / sd) ** 2) < LOUD:
             continue
         felt += sd * rng.standard_normal(6)
@@ -150,12 +150,20 @@ def placed(where: Space) -> Placed:
 
 
 def test_a_confidence_in_a_link_is_how_often_it_is_that(placed: Placed) -> None:
-    """At its own joint a link's push may as well be one on the link before: both are weighed.
+    """Anywhere between its joint and the next.
 
     Of 400 draws, shares near .8 are within .07 of their mean by 3.5 sd.
     """
-    assert placed.right.mean() > 0.75
+    assert placed.right.mean() > 0.7
     assert abs(placed.right.mean() - placed.sure.mean()) < 0.07
+
+
+@pytest.mark.parametrize("link", [1, 2, 3, 4])
+def test_where_two_links_meet_a_push_may_be_on_either(where: Space, link: int) -> None:
+    """All of wrist 3 is where wrist 2 ends: it is the likelier, by as many points as were tried."""
+    course = np.append(np.ones(5), np.zeros(CALM))
+    event = _event(where, np.outer(course, -_lever(where, Q, link, 1.0).T @ FORCE))
+    assert event.confidence < 0.85
 
 
 def test_which_way_a_push_went_is_told_with_intervals_that_hold(placed: Placed) -> None:
@@ -175,8 +183,8 @@ def test_a_piece_that_is_there_when_it_seems_over_was_no_push(where: Space) -> N
 
 def test_friction_that_rises_with_a_push_moves_no_link(where: Space) -> None:
     more = np.zeros((8, 6))
-    more[:, 4] = 4.0  # of which a push on the link before knows nothing
-    assert _event(where, _pushed(where, 3) + more).joint == 3
+    more[:, 5] = 4.0  # of which a push on the link before knows nothing
+    assert _event(where, _pushed(where, 4) + more).joint == 4
 
 
 def test_a_piece_that_is_let_go_of_for_a_moment_is_no_push(where: Space) -> None:
@@ -251,7 +259,7 @@ def test_a_push_that_jerks_the_arm_does_not_hide_behind_what_that_makes_doubtful
     where: Space,
 ) -> None:
     """A prediction is off by its sd at random, not by as many of them as make noise a push."""
-    felt = _pushed(where, 3)
+    felt = _pushed(where, 4)
 
     def event(of: float):
         bins = (
@@ -261,7 +269,7 @@ def test_a_push_that_jerks_the_arm_does_not_hide_behind_what_that_makes_doubtful
         return Pushed(where, 15.0).event(tuple(bins), CALM, NOTHING, np.zeros(6, dtype=bool))
 
     assert event(2.0) is None
-    assert event(4.0).joint == 3  # at most 4 joints by 4 sd each: 64 of the 90 of a push
+    assert event(4.0).joint == 4  # at most 4 joints by 4 sd each: 64 of the 90 of a push
 
 
 @pytest.mark.parametrize(("way", "told"), [(-1.0, True), (1.0, False)])
