@@ -224,7 +224,8 @@ def test_an_expert_adds_a_kind_without_touching_the_code(shop: Shop, tmp_path: P
         "sign = 1\n[promise]\nhours = 100.0\n"
     )
     rules = read_rules(path)
-    assert "dry_gear" in [kind.name for kind in rules.slow]
+    [own] = [kind for kind in rules.slow if kind.name == "dry_gear"]
+    assert own.unit == "-"  # that of its state: told in per cent
     assert rules.hours == 100.0
     report = diagnose(shop.fit, shop.log(seconds=3.0), rules)
     assert len(report) == 0

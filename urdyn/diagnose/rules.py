@@ -20,7 +20,9 @@ from urdyn.model.ur_type import ur_type
 from urdyn.types import Array
 
 JOINT_STATES = ("f", "alpha", "beta", "z", "k", "o", "rotor")
-PAYLOAD_STATES = ("mass", "mx", "my", "mz")  # [kg], [kg·m]
+PAYLOAD_STATES = ("mass", "mx", "my", "mz")
+UNITS = {"k": "rad", "o": "of Coulomb friction", "mass": "kg"}  # of a state's change; else relative
+UNITS |= dict.fromkeys(PAYLOAD_STATES[1:], "kg·m")
 
 JUMPS = "encoder_offset"  # a slow kind that is fast where it comes at once
 LEVELS = ("least", "warning", "critical")
@@ -280,6 +282,7 @@ def _slow(name: str, of: dict[str, Any], path: str) -> SlowKind:
     if not of["shapes"] or not all(shape in SHAPES for shape in of["shapes"]):
         raise InputError(f"{where} shapes are {' and '.join(SHAPES)}, or one of them")
     of["family"] = of.get("family") or _family(of)
+    of["unit"] = of.get("unit") or UNITS.get(next(iter(of["change"])), "-")
     _check_family(of, where)
     return SlowKind(name, **of)
 
