@@ -47,7 +47,10 @@ def test_a_quiet_run_says_nothing(story, twin, tmp_path):
 
 
 def test_a_finished_run_is_not_lost_to_another_log_unasked(story, twin, tmp_path):
-    """Nor where it was not diagnosed; the same log is tracked again without asking."""
+    """Nor where it was not diagnosed; the same log is tracked again without asking.
+
+    What somebody has acknowledged is known to the next run, whichever log's it is.
+    """
     quick = ("--filter", "ekf", "--rows", "0:100", "--out", tmp_path)
 
     def ends(log, *more):
@@ -63,7 +66,10 @@ def test_a_finished_run_is_not_lost_to_another_log_unasked(story, twin, tmp_path
         assert (history.read_bytes(), findings.read_bytes()) == before
         findings.unlink()
         assert ends(story.held_out) == (1, True)
-        assert ends(story.log) == ends(story.held_out, "--fresh") == (0, False)
+        (tmp_path / "acknowledged.json").write_text("{}")
+        assert ends(story.log, "--no-diagnosis") == (0, False)
+        assert ends(story.held_out, "--fresh", "--no-diagnosis") == (0, False)
+        assert (tmp_path / "acknowledged.json").exists()
 
 
 def test_logs_that_follow_each_other_are_one_run(story, twin, tmp_path):

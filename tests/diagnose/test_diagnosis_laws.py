@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import is_dataclass, replace
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
@@ -399,6 +400,11 @@ def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_pa
         acknowledge(tmp_path, "collision.nothing")
     session.finish()  # of a run that found it again
     assert acknowledged(tmp_path).quiets(kept)
+    (other := tmp_path / "tuesday").mkdir()
+    shutil.copy(tmp_path / "acknowledged.json", other)
+    tuesday = Session(replace(session.job, folder=other, identity={"source": "b"}))
+    tuesday._state = session._state  # another run that found it
+    assert tuesday.write()["findings"][0]["acknowledged"] and not tuesday.untold([kept])
     Session(replace(session.job, index=0)).finish()  # and of one that did not: repaired, maybe
     assert not acknowledged(tmp_path).quiets(kept)
 
