@@ -11,10 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
+from urdyn.model.friction import WORKING_SPEED
 from urdyn.report.digits import interval90, number
 from urdyn.report.evidence import PARTLY, SEEN, UNSEEN, pool, seen
 from urdyn.report.identify.comparison import compare, share_inside
 from urdyn.report.identify.friction_curve import friction, friction_curve
+from urdyn.report.identify.friction_section import friction_section
 from urdyn.report.identify.summary import identified as identified_numbers
 from urdyn.report.identify.tables import identify_table, truth_table, validate_table
 from urdyn.report.names import spoken
@@ -141,11 +143,11 @@ def test_tables_render_whatever_a_log_is_called(case):
         assert words in shown
 
 
-def test_friction_that_builds_up_with_speed_is_told_by_what_there_is_at_rest(case):
-    """Not by a Coulomb term that is only reached at speed, and is hardly known."""
+def test_friction_is_told_as_tracking_tells_it_and_not_by_terms_that_trade_off(case):
+    """Nor at rest, where a constraint may hold it at none at all."""
     fit, pan = case.fit, "shoulder_pan_joint"
     drive = fit.dynamics.drive
-    f, g = float(drive.coulomb[0]), -0.5 * float(drive.coulomb[0])
+    g = -float(drive.coulomb[0])
     at = fit.parameters.names.index(f"{pan}.stribeck")
     values = np.where(np.arange(len(fit.parameters)) == at, g, fit.parameters.values)
     stribeck = np.where(np.arange(6) == 0, g, drive.stribeck)
@@ -154,10 +156,14 @@ def test_friction_that_builds_up_with_speed_is_told_by_what_there_is_at_rest(cas
     parameters = replace(fit.parameters, values=values)
     fit = replace(fit, dynamics=dynamics, parameters=parameters, terms=terms)
     pan_row = [str(next(iter(column.cells))) for column in identify_table(fit).columns]
-    assert pan_row[1] == interval90(f + g, fit.friction(0.0).sd[0])
+    whole = fit.friction(WORKING_SPEED)
+    mean, sd = float(whole.mean[0]), float(whole.sd[0])
+    assert fit.friction(0.0).mean[0] == 0.0 < mean
+    assert pan_row[1] == interval90(mean, sd)
+    assert interval90(mean, sd) in friction_section(fit, [], None)
     assert f"builds up by {number(-g)} N·m" in pan_row[-1]
-    told = identified_numbers(fit, 1.0)["joints"][0]["friction_at_rest"]
-    assert told == {"value": f + g, "sd": fit.friction(0.0).sd[0], "unit": "N·m"}
+    told = identified_numbers(fit, 1.0)["joints"][0]["friction"]
+    assert told == {"value": mean, "sd": sd, "unit": "N·m"}
 
 
 def test_every_truth_that_is_counted_is_printed(case):

@@ -65,7 +65,8 @@ class Fit:
 
             F(v) = f + g exp(-|v| / v_s) + alpha |v|,    F(0): friction at rest
 
-        Better known than its terms, which trade off: f and g most of all.
+        Better known than its terms, which trade off: f and g most of all. Where F(0) is held at
+        0, only the upper half of its interval means anything.
 
         Args:
             speed: of every joint [rad/s].

@@ -10,6 +10,7 @@ import plotly.graph_objects as go
 from urdyn.identify import Fit, Score
 from urdyn.identify.select import MIN_EVIDENCE
 from urdyn.model.drive import UNITS
+from urdyn.model.friction import WORKING_SPEED
 from urdyn.report.canvas import BAND, MEASURED, OURS, SHADE, TRUTH, band, dots, figure, line, shade
 from urdyn.report.digits import interval90, number, percent
 from urdyn.report.evidence import residual, speed
@@ -55,8 +56,8 @@ def _why() -> str:
         "Values ± 90 % interval; small: prior, and the share of its variance that the data "
         "removed. Stribeck, gear ripple and thermal terms are in a joint’s model only if they "
         f"make the data {odds:.0f} times likelier, and predict current held out of the fit. "
-        "Friction at rest is f + g, known better than either; where g is negative, friction builds "
-        "up with speed."
+        "Friction as a whole is known better than its terms, which trade off; where g is negative, "
+        "friction builds up with speed."
     )
 
 
@@ -118,15 +119,15 @@ def _samples(fit: Fit, scores: Sequence[Score], j: int) -> list[go.Scatter]:
 
 
 def _coefficients(fit: Fit) -> Html:
-    names, rest = fit.dynamics.arm.joint_names, fit.friction(0.0)
-    at_rest = map(interval90, rest.mean.tolist(), rest.sd.tolist())
+    names, whole = fit.dynamics.arm.joint_names, fit.friction(WORKING_SPEED)
+    slides = map(interval90, whole.mean.tolist(), whole.sd.tolist())
     rows = [
         [cell(label, shown(q, UNITS[q])[1]), *(_coefficient(fit, joint, q) for joint in names)]
         for q, label in QUANTITIES.items()
         if q == "gain" or any(fit.spread(f"{joint}.{q}") for joint in names)
     ]
     models = [text(" + ".join(terms(fit, j)) or "none") for j in range(len(names))]
-    first = [cell("friction at rest", "N·m"), *map(text, at_rest)]
+    first = [cell(f"friction at {WORKING_SPEED} rad/s", "N·m"), *map(text, slides)]
     return table(["", *joints(fit)], [first, *rows, [text("optional terms kept"), *models]])
 
 

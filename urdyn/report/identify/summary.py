@@ -11,6 +11,7 @@ import numpy as np
 from urdyn.identify import Fit, Score
 from urdyn.io.plain import jsonable
 from urdyn.model.body import BODY, centre_of_mass
+from urdyn.model.friction import WORKING_SPEED
 from urdyn.version import __version__
 
 FRICTION = ("coulomb", "viscous", "structural", "offset", "rotor_inertia")
@@ -48,10 +49,10 @@ def _joint(fit: Fit, joint: int) -> dict[str, Any]:
     quantities = (*FRICTION, "presliding_distance", *optional, *shape)
     warm = float(fit.dynamics.drive.temperature[joint])  # at which viscous friction is quoted
     said = {"name": name, "terms": optional, "temperature_c": None if math.isnan(warm) else warm}
-    at_rest = fit.friction(0.0)
-    rest = {"value": float(at_rest.mean[joint]), "sd": float(at_rest.sd[joint]), "unit": "N·m"}
+    at_work = fit.friction(WORKING_SPEED)
+    slides = {"value": float(at_work.mean[joint]), "sd": float(at_work.sd[joint]), "unit": "N·m"}
     rows = {quantity: quantity_of(fit, f"{name}.{quantity}") for quantity in quantities}
-    return said | {"friction_at_rest": rest} | rows
+    return said | {"friction": slides} | rows
 
 
 def quantity_of(fit: Fit, name: str) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from rich.text import Text
 
 from urdyn.identify import Fit, Score
 from urdyn.model.drive import UNITS
+from urdyn.model.friction import WORKING_SPEED
 from urdyn.report.digits import interval90, number, percent
 from urdyn.report.evidence import seen
 from urdyn.report.identify.comparison import Comparison, Truth, compare
@@ -21,11 +22,12 @@ DRIVE = {"viscous": "viscous", "rotor_inertia": "rotor", "gain": "gain"}
 def identify_table(fit: Fit) -> Table:
     """Friction, drive and link mass of every joint, each ± its 90 % interval.
 
-    Friction is told at rest: where it builds up with speed, no motion tells f itself.
+    Friction is of all terms, at the speed at which tracking tells it: they trade off.
     """
     drives = (f"{word}\n[{UNITS[q]}]" for q, word in DRIVE.items())
-    heads = ("joint", "friction at\nrest [N·m]", *drives, "link mass\n[kg]", "in-\nformed", "terms")
-    arm, at_rest, rows = fit.dynamics.arm, fit.friction(0.0), []
+    sliding = f"friction at\n{WORKING_SPEED} rad/s\n[N·m]"
+    heads = ("joint", sliding, *drives, "link mass\n[kg]", "in-\nformed", "terms")
+    arm, friction, rows = fit.dynamics.arm, fit.friction(WORKING_SPEED), []
     for j, (joint, link) in enumerate(zip(arm.joint_names, arm.link_names, strict=True)):
         drive = [_estimate(fit, f"{joint}.{q}") for q in DRIVE]
         mass = f"{link}.mass"
@@ -33,8 +35,8 @@ def identify_table(fit: Fit) -> Table:
         if "stribeck" in fit.terms[j]:
             words = words.replace(TERMS["stribeck"], _stribeck(fit, joint))
         carried = (_estimate(fit, mass), percent(fit.informed(mass)))
-        rest = interval90(float(at_rest.mean[j]), float(at_rest.sd[j]))
-        rows.append((spoken(joint), rest, *drive, *carried, words))
+        slides = interval90(float(friction.mean[j]), float(friction.sd[j]))
+        rows.append((spoken(joint), slides, *drive, *carried, words))
     return terminal_table(f"{robot(fit)}: estimates ± 90 %", heads, rows)
 
 
