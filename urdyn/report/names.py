@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import PurePath
 
 from urdyn.identify import Fit
+from urdyn.model.drive import UNITS
+from urdyn.report.digits import number
 from urdyn.types import Source
 
 MILLI = {"presliding_distance": "mrad"}  # quantities shown in thousandths, and their units
@@ -56,7 +58,16 @@ def joints(fit: Fit) -> list[str]:
 
 def terms(fit: Fit, joint: int) -> list[str]:
     """The optional terms of a joint's model, spoken."""
-    return [word for term, word in TERMS.items() if term in fit.terms[joint]]
+    words = TERMS | {"stribeck": _stribeck(fit, fit.dynamics.arm.joint_names[joint])}
+    return [word for term, word in words.items() if term in fit.terms[joint]]
+
+
+def _stribeck(fit: Fit, joint: str) -> str:
+    """The friction that fades or builds up with speed, and the velocity by which most of it has."""
+    size, speed = fit.value(f"{joint}.stribeck"), fit.value(f"{joint}.stribeck_velocity")
+    units = UNITS["stribeck"], UNITS["stribeck_velocity"]
+    word = TERMS["stribeck"] if size > 0.0 else "builds up by"
+    return f"{word} {number(abs(size))} {units[0]}, {number(speed)} {units[1]}"
 
 
 def title(source: Source) -> str:

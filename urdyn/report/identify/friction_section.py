@@ -30,7 +30,7 @@ def friction_section(fit: Fit, scores: Sequence[Score], truth: Truth | None) -> 
     """Curves, coefficients, and why each joint's model has the terms that it has."""
     rng = np.random.default_rng(0)  # the same page from the same fit
     plots = (
-        plot(_curve(fit, scores, j, rng, truth), name, _model(fit, j))
+        plot(_curve(fit, scores, j, rng, truth), name, ", ".join(terms(fit, j)))
         for j, name in enumerate(joints(fit))
     )
     return section(
@@ -44,10 +44,6 @@ def friction_section(fit: Fit, scores: Sequence[Score], truth: Truth | None) -> 
         paragraph(_why(), "note"),
         paragraph(_warmth(fit), "note"),
     )
-
-
-def _model(fit: Fit, j: int) -> str:
-    return f"with {', '.join(terms(fit, j))}" if terms(fit, j) else ""
 
 
 def _why() -> str:

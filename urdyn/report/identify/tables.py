@@ -13,7 +13,7 @@ from urdyn.model.friction import WORKING_SPEED
 from urdyn.report.digits import interval90, number, percent
 from urdyn.report.evidence import seen
 from urdyn.report.identify.comparison import Comparison, Truth, compare
-from urdyn.report.names import TERMS, joints, robot, spoken, terms, title
+from urdyn.report.names import joints, robot, spoken, terms, title
 from urdyn.report.terminal import terminal_table
 
 DRIVE = {"viscous": "viscous", "rotor_inertia": "rotor", "gain": "gain"}
@@ -32,20 +32,10 @@ def identify_table(fit: Fit) -> Table:
         drive = [_estimate(fit, f"{joint}.{q}") for q in DRIVE]
         mass = f"{link}.mass"
         words = ", ".join(terms(fit, j)) or "–"
-        if "stribeck" in fit.terms[j]:
-            words = words.replace(TERMS["stribeck"], _stribeck(fit, joint))
         carried = (_estimate(fit, mass), percent(fit.informed(mass)))
         slides = interval90(float(friction.mean[j]), float(friction.sd[j]))
         rows.append((spoken(joint), slides, *drive, *carried, words))
     return terminal_table(f"{robot(fit)}: estimates ± 90 %", heads, rows)
-
-
-def _stribeck(fit: Fit, joint: str) -> str:
-    """The friction that fades or builds up with speed, and the velocity by which most of it has."""
-    size, speed = fit.value(f"{joint}.stribeck"), fit.value(f"{joint}.stribeck_velocity")
-    units = UNITS["stribeck"], UNITS["stribeck_velocity"]
-    word = TERMS["stribeck"] if size > 0.0 else "builds up by"
-    return f"{word} {number(abs(size))} {units[0]}, {number(speed)} {units[1]}"
 
 
 def _estimate(fit: Fit, name: str) -> str:
