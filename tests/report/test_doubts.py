@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfiltfilt
 
 from urdyn.errors import IdentifiabilityError, InputError
 from urdyn.identify import Fit, Score, batch, identify, validate
@@ -17,6 +18,7 @@ from urdyn.report.identify.doubts import (
     otherwise_warm,
     picked,
     slopes,
+    smooth,
     unexplained,
     unmeasured,
 )
@@ -137,6 +139,14 @@ def test_a_log_without_velocities_is_said_to_be_one(identified: Fit, log: Log) -
     bare = [validate(identified, replace(log, channels=channels))]
     [said] = slopes(bare)
     assert said.startswith("no velocities are in") and said in doubts(identified, bare)
+
+
+def test_currents_that_were_low_passed_are_said_to_be(identified: Fit, log: Log) -> None:
+    low_pass = butter(8, 3.0, fs=100.0, output="sos")
+    smoothed = sosfiltfilt(low_pass, log.channels["actual_current"], axis=0)
+    score = validate(identified, currents(log, smoothed))
+    said = [why for why in doubts(identified, [score]) if "low-passed" in why]
+    assert said == smooth([score]) and np.isnan(score.floor_percent).all()
 
 
 @pytest.mark.parametrize("velocities", [0.0, 1e-3, None])

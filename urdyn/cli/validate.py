@@ -40,7 +40,7 @@ def validate(
     from urdyn.cli.results import require_folder
     from urdyn.cli.verdict import verdict
     from urdyn.io import write_folder
-    from urdyn.report.identify.doubts import another, misnamed, otherwise_warm, slopes
+    from urdyn.report.identify.doubts import another, misnamed, otherwise_warm, slopes, smooth
     from urdyn.report.identify.page import validate_page
     from urdyn.report.identify.summary import validated
     from urdyn.report.identify.tables import validate_table
@@ -53,8 +53,8 @@ def validate(
         require_folder(out)
     with voice.progress("scoring"):
         scores = [ud.validate(fit, recording.read()) for recording in recordings]
-    against = [*misnamed(fit, scores), *slopes(scores), *otherwise_warm(fit, scores)]
-    against += [another(fit, scores)]
+    against = [*misnamed(fit, scores), *slopes(scores), *smooth(scores)]
+    against += [*otherwise_warm(fit, scores), another(fit, scores)]
     doubt = "; ".join(filter(None, against))
     if out is not None:
         page = validate_page(fit, scores, typed(), [doubt] if doubt else [])

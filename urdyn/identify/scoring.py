@@ -38,8 +38,9 @@ class Score:
     rre_percent: Array  # (J,) 100 |i - i_predicted| / |i|
     rmse: Array  # (J,) [A]
     target_rre_percent: Array  # (J,) the same for the controller's own target_current
-    # (J,) share of the measured current above FLOOR_BAND; NaN where that was filtered out.
+    # (J,) share of the measured current above FLOOR_BAND; NaN where low_passed, or sampled slowly.
     floor_percent: Array
+    low_passed: bool  # the current, before it was recorded
     moves: Mask  # (N, J) rows with a current in which the joint moves and its friction is known
     standing: Array  # (J,) share of the rows with a current in which it stands [-]
     moving_rre_percent: Array  # (J,) rre_percent of the rows in `moves`
@@ -68,7 +69,8 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
     predicted = fit.dynamics.current(motion)
     error = motion.current - predicted
     target_error = motion.current - log.joint("target_current")
-    floor = np.nan if low_passed(motion) else noise_floor(log.t, motion.current)
+    filtered = low_passed(motion)
+    floor = np.nan if filtered else noise_floor(log.t, motion.current)
     told = np.isfinite(error)
     slides = told & (np.abs(motion.v) > STANDSTILL)
     moves = slides & _known(fit.dynamics, motion)
@@ -80,6 +82,7 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
         rmse=_rms(error),
         target_rre_percent=_percent(target_error, motion.current),
         floor_percent=_percent_of(floor, _rms(motion.current)),
+        low_passed=filtered,
         moves=moves,
         standing=1.0 - _share(slides, told),
         moving_rre_percent=_percent(moving_error, motion.current),

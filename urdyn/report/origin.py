@@ -23,9 +23,9 @@ def data_quality(fit: Fit, scores: Sequence[Score]) -> Html:
     """Quality of the logs, and how current scatters around the model."""
     return section(
         "Data and noise",
-        "The likelihood is of unfiltered samples; damage was met while reading and is listed. "
-        "Noise is autoregressive: the next sample’s error is partly predicted by the last ones, "
-        "so parameters are less sure than with white noise.",
+        "Damage was met while reading and is listed. Noise is autoregressive: the next sample’s "
+        "error is partly predicted by the last ones, so parameters are less sure than with white "
+        "noise.",
         table(
             [
                 "log",

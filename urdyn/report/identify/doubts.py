@@ -45,6 +45,10 @@ SLOPES = (
     "no velocities are in {}: they were taken from the angles, with less accurate accelerations; "
     "record actual_qd"
 )
+SMOOTH = (
+    "currents of {} were low-passed: their noise, on which intervals rest, is gone, and friction "
+    "where joints reverse is smeared; record them unfiltered, as `urdyn record` does"
+)
 SKEWED = (
     "currents are {} ms {} beside the motion, more than recorders skew streams by, and friction "
     "and inertia may be as wrong: record both in one stream, at 100 Hz or more"
@@ -60,6 +64,7 @@ def doubts(fit: Fit, scores: Sequence[Score]) -> list[str]:
     """Reasons to doubt a fit to these logs; empty where there are none."""
     return [
         *slopes(scores),
+        *smooth(scores),
         *skewed(fit),
         *unmeasured(fit, scores),
         *misnamed(fit, scores),
@@ -114,6 +119,12 @@ def slopes(scores: Sequence[Score]) -> list[str]:
     logs = (score.log for score in scores)
     bare = [log.source.path for log in logs if not has_velocities(log)]
     return [SLOPES.format(", ".join(bare))] if bare else []
+
+
+def smooth(scores: Sequence[Score]) -> list[str]:
+    """Logs whose currents were low-passed."""
+    bare = [score.log.source.path for score in scores if score.low_passed]
+    return [SMOOTH.format(", ".join(bare))] if bare else []
 
 
 def skewed(fit: Fit) -> list[str]:
