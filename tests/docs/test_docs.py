@@ -18,9 +18,11 @@ from urdyn.model.arm import load_arm
 from urdyn.report.fleet.gather import STATES
 from urdyn.report.fleet.page import BADGE
 from urdyn.simulate.tool import tool_pose
+from urdyn.types import NORMAL90
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
+NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 READMES = [ROOT / "README.md", ROOT / "identification" / "README.md"]
 BLOCK = re.compile(r"^```(sh|python)(.*?)\n(.*?)^```", re.S | re.M)
 BESIDE = "in another terminal"
@@ -70,6 +72,12 @@ def test_the_docs_build_without_a_warning(tmp_path):
 def test_sources_are_in_the_order_of_their_keys():
     keys = re.findall(r"^\* \[(\w+)\]", READMES[0].read_text(encoding="utf-8"), re.M)
     assert keys and keys == sorted(keys)
+
+
+@pytest.mark.parametrize("page", [*PAGES, *NOTEBOOKS], ids=lambda p: p.name)
+def test_code_prints_a_90_per_cent_interval_after_plus_or_minus(page):
+    halves = re.findall(r"± \{(.*?)[:}]", page.read_text(encoding="utf-8"))
+    assert all(half.startswith(f"{NORMAL90:.3f} * ") for half in halves), halves
 
 
 def test_every_page_is_in_the_navigation():
