@@ -20,6 +20,8 @@ from urdyn.identify import identify
 from urdyn.io import write
 from urdyn.io.rtde import play, serve
 from urdyn.model.arm import load_arm
+from urdyn.report.digits import interval90
+from urdyn.report.identify.tables import identify_table
 from urdyn.signal import UNSET, condition
 from urdyn.simulate import (
     Payload,
@@ -237,14 +239,25 @@ def test_a_run_that_goes_on_says_of_the_setting_what_it_would_have(tmp_path):
     assert whole["off_kg"] is not None
 
 
+def test_who_watches_is_shown_friction_as_identification_prints_it():
+    glance, (dynamics, fit) = half_a_kilogram(True)[1], tooled(True)
+    _, friction, _ = table(glance, dynamics.arm.joint_names).columns
+    printed = identify_table(fit).columns[1]
+    heads = [" ".join(str(column.header).split()) for column in (friction, printed)]
+    assert heads == ["friction at 0.5 rad/s [N·m]"] * 2
+    at = glance.names.index("elbow_joint.friction")
+    assert str(list(friction.cells)[2]) == interval90(glance.mean[at], glance.sd[at])
+
+
 def test_who_watches_is_shown_the_setting_and_how_late_that_is():
     console = Console(width=200)
     with console.capture() as heard:
         for delay in (0.9, 2.34):
             glance = replace(half_a_kilogram(True)[1], delay=delay, ended=False)
             console.print(table(glance, load_arm("ur10e").joint_names))
-    assert "the controller is set to 0.50 kg" in heard.get()
-    assert heard.get().count("behind by") == heard.get().count("behind by 2.3 s") == 1
+    said = " ".join(heard.get().split())  # however narrow the table
+    assert "the controller is set to 0.50 kg" in said
+    assert said.count("behind by") == said.count("behind by 2.3 s") == 1
 
 
 @pytest.mark.parametrize(

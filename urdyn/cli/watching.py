@@ -14,6 +14,7 @@ from rich.table import Table
 
 from urdyn.cli.voice import Printable
 from urdyn.io.run_folder import MISSES
+from urdyn.model.friction import WORKING_SPEED
 from urdyn.report.digits import interval90, number
 from urdyn.report.names import spoken
 from urdyn.report.setting import set_to
@@ -23,7 +24,7 @@ from urdyn.tracking.physical import weighed
 from urdyn.tracking.progress import LATE, Watch
 from urdyn.tracking.setting import compared
 
-JOINT = ("coulomb", "viscous", "health")
+JOINT = {"friction": f"friction at {WORKING_SPEED} rad/s", "health": "health"}
 PAUSE = 0.25  # [s] between two updates
 LISTED = 6  # changes of the payload that a sentence has room for
 QUICKNESS = "quick enough for {:.0f} Hz"  # a rate that no stream need have
@@ -84,7 +85,7 @@ def table(glance: RunProgress, joints: Sequence[str]) -> Table:
     carried = f"{_carried(mass, sd, known)}{_set(setting)}"
     told_so = filter(None, (QUICKNESS.format(glance.rate), glance.behind))
     caption = f"{carried}; {glance.t:.1f} s{done}; {', '.join(told_so)}; ± holds 90 %"
-    heads = (f"{name} [{told[f'{joints[0]}.{name}'][2]}]" for name in JOINT)
+    heads = (f"{words} [{told[f'{joints[0]}.{name}'][2]}]" for name, words in JOINT.items())
     cells = (
         (spoken(joint), *(interval90(*told[f"{joint}.{name}"][:2]) for name in JOINT))
         for joint in joints
