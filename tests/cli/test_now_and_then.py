@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 
 from urdyn.cli import now_and_then
 from urdyn.cli.voice import Voice
+from urdyn.cli.watching import watching
 
 EVERY = 0.02  # [s]
 
@@ -31,6 +34,32 @@ def test_elsewhere_than_on_a_terminal_lines_say_what_is_done(
     assert said.err.rindex("first") < said.err.index("second")
     time.sleep(10 * EVERY)
     assert not capsys.readouterr().err  # it is over, and nobody speaks
+
+
+@pytest.mark.parametrize(("terminal", "told"), [("dumb", True), ("xterm", False)])
+def test_so_they_do_on_a_terminal_that_cannot_redraw(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], terminal: str, told: bool
+) -> None:
+    monkeypatch.setattr(now_and_then, "FIRST", EVERY)
+    monkeypatch.setenv("TERM", terminal)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    at_work(Voice())
+    assert ("0 s: second\n" in capfd.readouterr().err) == told
+
+
+def test_a_run_that_is_tracked_says_how_far_it_has_come(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(now_and_then, "FIRST", EVERY)
+    glance = SimpleNamespace(t=12.34, share=0.47, rate=221.0, behind="", ended=False)
+    with watching([], Voice()) as told:
+        told(glance)
+        time.sleep(10 * EVERY)
+        told(SimpleNamespace(**vars(glance) | {"ended": True}))
+        time.sleep(10 * EVERY)
+    said = capsys.readouterr().err
+    assert "0 s: tracked 12.3 s, 47 %; quick enough for 221 Hz\n" in said
+    assert "0 s: tracked 12.3 s, ending; quick enough for 221 Hz\n" in said
 
 
 def test_who_wants_no_word_gets_none(

@@ -1,4 +1,4 @@
-"""Progress as an occasional line: for a log, where no terminal shows a bar."""
+"""Progress as an occasional line: for a log, and a terminal on which nothing can be redrawn."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from threading import Event, Thread
 from urdyn.progress import Progress
 
 FIRST = 15.0  # [s] of silence before the first line: most verbs have ended by then
-LAST = 60.0  # [s] from line to line in the end, to keep a day's log short
+LAST = 300.0  # [s] from line to line in the end, to keep a day's log short
 
 
 @contextmanager

@@ -120,7 +120,7 @@ def track(
         closing(
             open_source(source, columns, part, rate, duration, effort, beside, voice.note, more)
         ) as stream,
-        watching(fit.dynamics.arm.joint_names, quiet) as shown,
+        watching(fit.dynamics.arm.joint_names, voice) as shown,
         ended_by(stream.close) if stream.live else nullcontext(),
     ):
         stream, streams, drift = listening(stream, fit.dynamics, poses, wrench, calibration)

@@ -77,11 +77,11 @@ class Voice:
 
     @contextmanager
     def progress(self, doing: str) -> Iterator[Progress]:
-        """A bar on a terminal, elsewhere a line now and then."""
+        """A bar where it can be redrawn, elsewhere a line now and then."""
         if self.quiet:
             yield silent
             return
-        if not sys.stderr.isatty():
+        if not redrawn(sys.stderr):
             with lines(self.note, doing) as told:
                 yield told
             return
@@ -113,6 +113,11 @@ def _standard_output() -> Iterator[None]:
         raise
     except OSError as error:
         raise OSError(error.errno, error.strerror, "standard output") from error
+
+
+def redrawn(stream: TextIO) -> bool:
+    """Whether what is written can be replaced: on a terminal, but for a dumb one."""
+    return stream.isatty() and _on(stream).is_interactive
 
 
 def _on(stream: TextIO) -> Console:

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from urdyn.cli.voice import Printable
+from urdyn.cli.voice import Printable, Voice, redrawn
 from urdyn.io.run_folder import MISSES
 from urdyn.model.friction import WORKING_SPEED
 from urdyn.report.digits import interval90, number
@@ -57,17 +57,21 @@ BUSY = (
 
 
 @contextmanager
-def watching(joints: Sequence[str], quiet: bool) -> Iterator[Watch | None]:
-    """A table that is kept up to date on a terminal, nothing elsewhere."""
-    if quiet or not sys.stderr.isatty():
+def watching(joints: Sequence[str], voice: Voice) -> Iterator[Watch | None]:
+    """A table that is kept up to date where it can be redrawn, elsewhere a line now and then."""
+    if voice.quiet:
         yield None
+        return
+    if not redrawn(sys.stderr):
+        with voice.progress("no sample yet") as told:
+            yield lambda glance: told(f"tracked {_reached(glance)}", glance.share)
         return
     shown = -PAUSE
     with Live(console=Console(stderr=True), auto_refresh=False, transient=True) as live:
 
         def watch(glance: RunProgress) -> None:
             nonlocal shown
-            if time.monotonic() - shown > PAUSE:
+            if glance.ended or time.monotonic() - shown > PAUSE:
                 live.update(Printable(table(glance, joints)), refresh=True)
                 shown = time.monotonic()
 
@@ -78,13 +82,11 @@ def table(glance: RunProgress, joints: Sequence[str]) -> Table:
     """Friction and health of every joint, and the payload."""
     rows = zip(glance.mean, glance.sd, glance.units, strict=True)
     told = dict(zip(glance.names, rows, strict=True))
-    done = f", {100 * glance.share:.0f} %" if glance.share else ""
     mass, sd, _ = told["payload.mass"]
     known = weighed(glance.reading.belief, glance.quantities.currents)
     setting = compared(glance.setting, mass, sd, glance.quantities.whole, known)
     carried = f"{_carried(mass, sd, known)}{_set(setting)}"
-    told_so = filter(None, (QUICKNESS.format(glance.rate), glance.behind))
-    caption = f"{carried}; {glance.t:.1f} s{done}; {', '.join(told_so)}; ± holds 90 %"
+    caption = f"{carried}; {_reached(glance)}; ± holds 90 %"
     heads = (f"{words} [{told[f'{joints[0]}.{name}'][2]}]" for name, words in JOINT.items())
     cells = (
         (spoken(joint), *(interval90(*told[f"{joint}.{name}"][:2]) for name in JOINT))
@@ -93,6 +95,13 @@ def table(glance: RunProgress, joints: Sequence[str]) -> Table:
     grid = terminal_table("", ("joint", *heads), cells)
     grid.caption = caption
     return grid
+
+
+def _reached(glance: RunProgress) -> str:
+    """How far the run has come, and how quickly."""
+    share = f", {100 * glance.share:.0f} %" if glance.share else ""
+    quick = ", ".join(filter(None, (QUICKNESS.format(glance.rate), glance.behind)))
+    return f"{glance.t:.1f} s{', ending' if glance.ended else share}; {quick}"
 
 
 def verdict(summary: dict[str, Any]) -> str:
