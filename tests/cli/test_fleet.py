@@ -42,6 +42,13 @@ def test_a_folder_is_shown_by_its_own_name(tracked, tmp_path):
     assert told.exit_code == 0 and "[red]cell[ " in told.stdout
 
 
+def test_the_terminal_calls_states_what_the_page_calls_them(tracked, tmp_path):
+    bare = shutil.copytree(tracked, tmp_path / "cell")
+    (bare / "findings.json").unlink()
+    told = run("fleet", bare, "--out", tmp_path / "fleet.html")
+    assert "not diagnosed" in told.stdout and "undiagnosed" not in told.stdout
+
+
 def test_nothing_to_show_is_one_line_and_no_page(tmp_path):
     told = run("fleet", tmp_path, "--out", tmp_path / "fleet.html", "-q")
     assert told.exit_code == 1

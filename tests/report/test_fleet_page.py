@@ -94,9 +94,10 @@ def test_the_most_urgent_comes_first_whatever_the_order_of_the_folders(folders):
     assert [r.state for r in found] == states
 
 
-def test_a_row_says_which_joint_since_when_and_how_long_is_left(folders):
+def test_a_row_says_which_joint_since_when_and_until_when_counted_from_what(folders):
     row = shown(folders[:1]).replace("\u00a0", " ")
-    assert "Elbow friction increase since 10.0 s, critical; 24 h left (12 to 48)." in row
+    said = "critical 24 h (12 to 48) after the run’s last stamp"
+    assert f"Elbow friction increase since 10.0 s, critical; {said}." in row
     assert "Times are counted from the first stamp of each run." in row
 
 
@@ -119,7 +120,7 @@ def test_a_time_without_end_is_a_dash(tmp_path):
     endless = finding("critical", DAY)
     endless["time_to_failure_s"]["hi"] = None  # as JSON has infinity
     page = shown([robot(tmp_path / "a", findings=[endless])]).replace("\u00a0", " ")
-    assert "24 h left (12 to no end)" in page
+    assert "critical 24 h (12 to no end) after the run’s last stamp" in page
 
 
 def test_what_was_there_before_the_run_and_a_level_that_is_passed_are_said_so(tmp_path):
@@ -424,7 +425,7 @@ def test_how_surely_an_arm_lasts_is_told_where_its_diagnosis_says_so(folders):
     arm = {"health_index": 0.34, "horizon_h": 24.0, "judged": True}
     path = folders[0] / "findings.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {"arm": arm}))
-    said = "health index 34 % that no joint becomes critical"
+    said = "health index 34 %, the chance that no joint becomes critical"
     assert shown(folders).replace("\u00a0", " ").count(said) == 1
     document = told(gather(folders, NOW, DAY))["robots"]
     assert [r["health_index"] for r in document] == [0.34, *[None] * (len(folders) - 1)]

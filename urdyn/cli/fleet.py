@@ -66,9 +66,10 @@ def fleet(
 
 def _table(found: Fleet) -> Table:
     """A row per robot."""
-    from urdyn.report.fleet.page import sentence
+    from urdyn.report.fleet.page import BADGE, sentence
     from urdyn.report.terminal import terminal_table
 
     heads = ("robot", "state", "what")
-    rows = ((r.name, r.state + (", stale" * r.stale), sentence(r)) for r in found.robots)
+    states = (BADGE.get(r.state, r.state) + ", stale" * r.stale for r in found.robots)
+    rows = ((r.name, state, sentence(r)) for r, state in zip(found.robots, states, strict=True))
     return terminal_table("", heads, rows, len(heads))

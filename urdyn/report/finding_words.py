@@ -62,14 +62,11 @@ def by(finding: Mapping[str, Any], start: float, time: Clock) -> str:
 
 
 def left(finding: Mapping[str, Any]) -> str:
-    """The time left to its critical level; "" where unknown."""
+    """The time from the run's last stamp to its critical level; "" where unknown."""
     times = finding["time_to_failure_s"]
     if not times:
         return ""
-    if passed(times):
-        return "level passed"
-    median, rest = span_of(times).split(" (", 1)
-    return f"{median} left ({rest}"
+    return "level passed" if passed(times) else span_of(times)
 
 
 def ahead(finding: Mapping[str, Any]) -> str:
@@ -99,7 +96,7 @@ def _levels(finding: Mapping[str, Any]) -> dict[str, Mapping[str, float]]:
 def lasting(arm: Mapping[str, Any]) -> str:
     """The probability that all joints of an arm last until a service can be planned."""
     index = arm["health_index"]
-    return UNJUDGED if index is None else f"{percent(index)} {sound(arm)}"
+    return UNJUDGED if index is None else f"{percent(index)}, the chance {sound(arm)}"
 
 
 def sound(arm: Mapping[str, Any]) -> str:
@@ -118,7 +115,10 @@ def sentence(finding: Mapping[str, Any], start: float, time: Clock) -> str:
     where = f"{spoken(finding['name'])} " if finding["name"] else ""
     known = ", acknowledged" if finding["acknowledged"] else ""
     told = f"{where}{kind(finding)} {when(finding, start, time)}, {finding['severity']}{known}"
-    return "; ".join(filter(None, (told, left(finding))))
+    times, ends = finding["time_to_failure_s"], left(finding)
+    if times and not passed(times):  # whoever reads a list reads it later
+        ends = f"critical {ends} after the run’s last stamp"
+    return "; ".join(filter(None, (told, ends)))
 
 
 def factor(finding: Mapping[str, Any]) -> float:

@@ -82,7 +82,7 @@ def _since(finding: Mapping[str, Any], clock: Clock, start: float) -> Html:
 
 def _left(finding: Mapping[str, Any]) -> Sequence[str]:
     """The time left, over its interval."""
-    return (left(finding) or "–").replace(" left", "").rstrip(")").split(" (", 1)
+    return (left(finding) or "–").rstrip(")").split(" (", 1)
 
 
 def _drawn_here(finding: Mapping[str, Any]) -> bool:
