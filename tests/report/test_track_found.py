@@ -16,7 +16,7 @@ from urdyn.diagnose.acknowledge import as_set
 from urdyn.diagnose.doubt import GAIN
 from urdyn.diagnose.rules import read_rules
 from urdyn.io.spans import clock, span, span_of
-from urdyn.report.digits import difference
+from urdyn.report.digits import difference, number
 from urdyn.report.finding_words import size, when
 from urdyn.report.track.history import History
 from urdyn.report.track.page import track_page
@@ -262,6 +262,14 @@ def test_each_joint_is_told_how_long_it_lasts(history):
     assert "that no joint becomes critical within 24 h" in row and "outside" in row
 
 
+def test_what_servicing_now_or_never_would_cost_is_told_in_a_sentence(history):
+    told = part(page(history, growing()), "Findings").replace("\u00a0", " ")
+    cost = diagnosed(growing())["recommendation"]["expected_cost"]
+    now, later, never = (number(cost[choice]) for choice in ("now", "later", "never"))
+    said = f"as much as {now} planned services, later as {later}, never as {never}."
+    assert f"Servicing now is expected to cost {said}" in told
+
+
 def test_both_levels_are_told_in_the_first_sentence(history):
     finding = growing()
     warning, critical = (span_of(finding.forecast[f"to_{x}_s"]) for x in ("warning", "critical"))
@@ -280,7 +288,7 @@ def test_a_level_that_is_passed_is_told_once_by_the_severity(history):
 def test_a_sound_arm_is_told_how_long_it_lasts(history):
     told = part(page(history), "Forecast")
     index = 100.0 * diagnosed()["arm"]["health_index"]
-    said = f"Health index of the arm: {index:.0f} % that no joint becomes critical"
+    said = f"Health index of the arm: {index:.0f} %, the chance that no joint becomes critical"
     assert f"{said} within 24 h." in told
 
 

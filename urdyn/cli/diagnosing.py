@@ -33,7 +33,8 @@ Hours = Annotated[
     typer.Option(
         "--false-alarm-hours",
         metavar="N",
-        help="One false alarm of slow kinds in N hours of this robot at most, on the average.",
+        help="One false alarm of slow kinds in N hours of this robot at most, on the average; "
+        "10,000 if not given.",
     ),
 ]
 FailOnFinding = Annotated[

@@ -53,7 +53,11 @@ CellFile = Annotated[
 Margin = Annotated[float, typer.Option(metavar="M", help="Metres kept from everything.")]
 Mass = Annotated[float | None, typer.Option(metavar="KG", help="Mass of a payload at the tool.")]
 Com = Annotated[
-    str | None, typer.Option(metavar="X,Y,Z", help="Its centre of mass from the flange, in metres.")
+    str | None,
+    typer.Option(
+        metavar="X,Y,Z",
+        help="Its centre of mass from the flange, in metres; 0,0,0.06 if not given.",
+    ),
 ]
 Excursion = Annotated[
     float | None, typer.Option(metavar="RAD", help="To either side of upright; 1.5 if not given.")

@@ -55,8 +55,6 @@ def _headline(found: Excitation, name: str, wall: float) -> Html:
     told = {
         "kind": ask.kind,
         "length": f"{number(ask.duration, 3)} s at {ask.rate:g} Hz",
-        f"{ask.criterion} criterion": number(found.value, 4),
-        "base parameters, log det": number(rated.log_det, 4),
         "condition number": number(rated.condition, 3),
         "found in": f"{number(wall)} s",
         "seed": str(ask.seed),
@@ -64,7 +62,7 @@ def _headline(found: Excitation, name: str, wall: float) -> Html:
     gained = found.expected.gained()
     halved = int((gained > 0.75).sum())
     words = (
-        f"{number(ask.duration, 3)} s of motion more than halve the uncertainty of {halved} of "
+        f"{number(ask.duration, 3)} s of motion more than halves the uncertainty of {halved} of "
         f"{int((found.expected.before > 0.0).sum())} parameters."
     )
     return join(

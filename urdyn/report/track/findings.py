@@ -20,6 +20,7 @@ from urdyn.report.track.history import History
 from urdyn.report.track.push import drawn_push
 from urdyn.types import NORMAL90
 
+CHOICES = ("now", "later", "never")  # of a service
 PUSHES = 6  # of which the currents are drawn
 ONE_LINE = 30  # letters of an axis's title that fit beside it in one line
 LEAD = (
@@ -49,9 +50,11 @@ def findings(history: History, summary: Mapping[str, Any]) -> Html:
 
 def _costs(of: Mapping[str, Any]) -> Html:
     """What servicing now, later and never are expected to cost."""
-    cost = of["expected_cost"]
-    told = ", ".join(f"{choice} {number(cost[choice])}" for choice in ("now", "later", "never"))
-    return paragraph(f"Expected cost, in planned services, of servicing {told}.")
+    now, later, never = (number(of["expected_cost"][choice]) for choice in CHOICES)
+    return paragraph(
+        f"Servicing now is expected to cost as much as {now} planned services, later as "
+        f"{later}, never as {never}."
+    )
 
 
 def _row(finding: Mapping[str, Any], clock: Clock, start: float) -> list[Html]:
