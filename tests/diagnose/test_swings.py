@@ -177,6 +177,16 @@ def test_noise_stands_out_of_its_floor_as_rarely_as_noise_does() -> None:
     assert np.mean(power > 8.0 * neighbourhood(power)) > 8.0 * np.exp(-8.0)
 
 
+@pytest.mark.parametrize("bins", [4, 9, 40])
+def test_a_neighbourhood_is_the_median_of_bins_beside(bins: int) -> None:
+    """From three to eight bins to either side; a spectrum goes on beyond its ends as mirrored."""
+    power = np.random.default_rng(4).exponential(size=(2, bins, 3))
+    mirrored = np.pad(power, [(0, 0), (8, 8), (0, 0)], mode="reflect")
+    beside = [k for k in range(17) if abs(k - 8) > 2]
+    each = [np.median(mirrored[:, at : at + 17][:, beside], axis=1) for at in range(bins)]
+    assert np.allclose(neighbourhood(power) * np.log(2.0), np.stack(each, axis=1), rtol=1e-15)
+
+
 def test_a_wrist_that_swings_rings_whatever_torque_that_takes(shop: Shop) -> None:
     fault = "controller_instability:joint=4,onset=4,rate=1.6,shape=step"
     found = shop.report(fault, seconds=8.0)

@@ -91,11 +91,8 @@ def ratios(bank: Bank, of: Suspects) -> Array:
     told = np.full((len(of.each), len(bank.onset)), -np.inf)
     if not told.size:  # a bank that has just begun
         return told
-    for name in dict.fromkeys(each.kind.name for each in of.each):
-        at = [k for k, each in enumerate(of.each) if each.kind.name == name]
-        places = np.array([of.each[k].places for k in at])
-        sd = np.array([of.each[k].sd for k in at])
-        told[at] = logsumexp(evidence(bank, of.each[at[0]].kind, places, sd), axis=(1, 2))
+    for kind, at, places, sd in of.by_kind:
+        told[at] = logsumexp(evidence(bank, kind, places, sd), axis=(1, 2))
     return told
 
 
@@ -210,11 +207,9 @@ def _began(edges: Array, share: Array) -> tuple[float, float, float]:
 
 def instant_evidence(C: Array, d: Array, of: Suspects) -> float:
     """Evidence of a joint's best suspect, of any size, in moments [nats]."""
-    best = 0.0
-    for each in of.each:
-        if each.joint is not None:
-            at = each.places
-            own, seen = C[None, at[:, None], at], d[None, at]
-            ratios = [_log_ratio(own, seen, size * each.sd, each.kind.sign)[0] for size in ANY]
-            best = max(best, *map(float, ratios))
+    best, sizes = 0.0, np.reshape(ANY, (-1, 1, 1))
+    for kind, _, places, sd in of.by_kind:
+        if not kind.of_tool:
+            own = np.repeat(C[None, places[:, :, None], places[:, None, :]], len(ANY), axis=0)
+            best = max(best, float(_log_ratio(own, d[places], sizes * sd, kind.sign).max()))
     return best

@@ -24,7 +24,7 @@ def peaks(ratio: Array, threshold: float) -> list[int]:
 
     The clearest may come from a gear or a brake, while another lasts.
     """
-    before, after = np.pad(ratio, (1, 0))[:-1], np.pad(ratio, (0, 1))[1:]
+    before, after = np.append(0.0, ratio[:-1]), np.append(ratio[1:], 0.0)
     there = np.flatnonzero((ratio >= before) & (ratio > after) & (ratio >= threshold))
     clearest = there[np.argsort(-ratio[there])]
     return [int(at) for at in clearest[: CROWD[0]]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -55,6 +56,22 @@ class Suspects:
 
     states: Index  # (p,) state of each direction
     each: tuple[Suspect, ...]
+
+    @cached_property
+    def by_kind(self) -> tuple[tuple[SlowKind, Index, Index, Array], ...]:
+        """Each kind, which suspects are of it, (g,), their places and sd, (g, r) both."""
+        which = dict[str, list[int]]()
+        for k, suspect in enumerate(self.each):
+            which.setdefault(suspect.kind.name, []).append(k)
+        return tuple(
+            (
+                self.each[at[0]].kind,
+                np.array(at),
+                np.array([self.each[k].places for k in at]),
+                np.array([self.each[k].sd for k in at]),
+            )
+            for at in which.values()
+        )
 
     def directions(self, n: int) -> Array:
         """E, (n, p)."""

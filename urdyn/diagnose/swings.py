@@ -118,17 +118,23 @@ def parts(n: int, count: int) -> list[slice]:
 
 def spectrum(x: Array, count: int) -> Array:
     """Power of tapered stretches (..., n, J) at the lowest frequencies, (..., count, J)."""
-    n = x.shape[-2]
-    u = np.linspace(-1.0, 1.0, n)
-    basis = np.linalg.qr(np.stack([np.ones(n), u, u**2], axis=1))[0]
-    left = np.nan_to_num(x) - basis @ (basis.T @ np.nan_to_num(x))
+    n, x = x.shape[-2], np.nan_to_num(x)
+    basis = _parabola(n)
+    left = x - basis @ (basis.T @ x)
     lines = np.fft.rfft(left * np.hanning(n)[:, None], axis=-2)
     return np.asarray(np.abs(lines[..., :count, :]) ** 2)
 
 
+@lru_cache(maxsize=16)
+def _parabola(n: int) -> Array:
+    """Basis of slow trends, (n, 3), orthonormal."""
+    u = np.linspace(-1.0, 1.0, n)
+    return frozen(np.linalg.qr(np.stack([np.ones(n), u, u**2], axis=1))[0])
+
+
 def neighbourhood(power: Array) -> Array:
     """Mean of each bin's neighbours, if they are noise, from their median."""
-    return np.asarray(np.median(_beside(power), axis=-1) / np.log(2.0))
+    return np.asarray(_median_beside(power) / np.log(2.0))
 
 
 def floor(beside: Array, usual: Array) -> Array:
@@ -140,16 +146,19 @@ def floor(beside: Array, usual: Array) -> Array:
         beside: `neighbourhood`.
         usual: usual power, an average that scatters less.
     """
-    return np.maximum(np.maximum(beside, usual), np.median(_beside(usual), axis=-1))
+    return np.maximum(np.maximum(beside, usual), _median_beside(usual))
 
 
-def _beside(power: Array) -> Array:
-    """Neighbours of each bin, without those that its own line leaks into, (..., F, J, k)."""
-    reach = NEIGHBOURS + 2
-    width = [(0, 0)] * (power.ndim - 2) + [(reach, reach), (0, 0)]
-    padded = np.pad(power, width, mode="reflect")
-    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1, axis=-2)
-    return np.delete(around, range(NEIGHBOURS, NEIGHBOURS + 5), axis=-1)
+def _median_beside(power: Array) -> Array:
+    """Median of each bin's neighbours, without those that its own line leaks into, (..., F, J).
+
+    A spectrum goes on beyond its ends as in a mirror.
+    """
+    bins, apart = power.shape[-2], np.arange(3, NEIGHBOURS + 3)
+    at = np.arange(bins) + np.concatenate([-apart, apart])[:, None]
+    at %= max(2 * (bins - 1), 1)
+    around = np.sort(power[..., np.minimum(at, 2 * (bins - 1) - at), :], axis=-3)
+    return np.asarray(around[..., NEIGHBOURS - 1 : NEIGHBOURS + 1, :, :].mean(axis=-3))
 
 
 def lines(x: Array, count: int) -> Array:
