@@ -14,7 +14,7 @@ from shop import Shop
 from urdyn.diagnose import Report, diagnose
 from urdyn.diagnose.backlash import HALF, Backlash, _forgotten
 from urdyn.diagnose.crossing import Crossing
-from urdyn.diagnose.flight import KNOWN, STRIKES, Beside, Flight, _strike
+from urdyn.diagnose.flight import KNOWN, Beside, Flight, _strikes
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
 from urdyn.identify.noise import Noise
@@ -84,7 +84,7 @@ def test_noise_of_any_colour_is_a_gap_no_more_often_than_that_is_likely(
     crossing, flight = Crossing(of, 1.0 / RATE), Flight(of, 1.0 / RATE)
     known = np.stack([light, np.gradient(light, after), np.zeros(100)], axis=1) * KNOWN
     gone, K = light * ((after > 0.0) & (after < T)), of.reference.drive.gain[j]
-    lacking = np.array([10.0 * T**2 * _strike(after - T, lasting) - gone for lasting in STRIKES])
+    lacking = 10.0 * T**2 * _strikes(after - T) - gone
     told = []
     for _ in range(1000):
         drawn = scale[j] * rng.standard_normal(300)

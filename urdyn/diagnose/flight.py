@@ -26,8 +26,8 @@ from urdyn.types import Array, Mask
 
 FLIGHTS = 2.5e-4 * np.sqrt(2.0) ** np.arange(10)  # [rad] half gaps tested for
 BRIEF, LONG = 0.03, 0.3  # [s] of flights: accelerations resolve no briefer, programs no longer
-STRIKES = (0.07, 0.03)  # [s] in which the missing impulse comes back: one or the other
-STRIKE = max(STRIKES)
+STRIKES = np.array([0.07, 0.03])  # [s] in which the missing impulse comes back: one or the other
+STRIKE = float(STRIKES.max())
 LATE = 0.005  # [s] after the strike, less an acceleration window's lead, when it begins to
 MARGIN = 0.04  # [s] before a flight and after its end, judged with it
 # [s] that a reversal is late: two models of a real arm are up to .06 s apart, mostly .01 to .04.
@@ -131,8 +131,8 @@ class Flight:
             T = float(after[there] - (x[there] - mass * gap) / u[there])
             if BRIEF < T < LONG:
                 gone = load * ((after > 0.0) & (after < T))
-                lacking = [u[there] * _strike(after - T, lasting) - gone for lasting in STRIKES]
-                llr[k], shown[k] = self._weigh(beside, after, side * np.array(lacking), T=T)
+                lacking = u[there] * _strikes(after - T) - gone
+                llr[k], shown[k] = self._weigh(beside, after, side * lacking, T=T)
         return llr, shown
 
     def _weigh(self, beside: Beside, after: Array, lacking: Array, T: float) -> tuple[float, float]:
@@ -156,9 +156,9 @@ class Flight:
         columns = np.column_stack([beside.left[at], templates, free, beside.known[at]])
         doubt = _means(beside.doubt[at], many)[:, 0]
         columns = _means(columns, many) / np.hypot(self._quiet[beside.joint], doubt)[:, None]
-        r, *x = _whitened(columns[:, 1 + ways :], *columns[:, : 1 + ways].T)
-        each = np.array([_told(r, struck) for struck in x])
-        return float(_mean(each[:, 0])), float(each[:, 1].mean())
+        white = _whitened(columns[:, 1 + ways :], columns[:, : 1 + ways].T)
+        llr, shown = _told(white[0], white[1:])
+        return float(_mean(llr)), float(shown.mean())
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,14 +174,17 @@ class Beside:
     joint: int
 
 
-def _told(r: Array, x: Array) -> tuple[float, float]:
-    """Log likelihood ratio of x in r against white noise, and its mean for a lesser share."""
+def _told(r: Array, x: Array) -> tuple[Array, Array]:
+    """Log likelihood ratios of each of x (k, n) in r (n,), and their means for a lesser share.
+
+    Against white noise, (k,) both.
+    """
     n = len(r) - 2.0  # the level and the slope are free
-    power = _power(r - np.array([0.0, *SHARES])[:, None] * x)
+    power = _power(r - np.reshape([0.0, *SHARES], (-1, 1, 1)) * x)
     each = _likelihood(power, n)
-    louder = max(1.0, power.min() / n)  # the model's residual just here
+    louder = np.maximum(1.0, power.min(axis=0) / n)  # the model's residual just here
     shown = 0.5 * n * np.log1p(_power(min(SHARES) * x) / (n * louder))
-    return float(_mean(each[1:] - each[0])), float(shown)
+    return _mean(each[1:] - each[0]), np.asarray(shown)
 
 
 def _mean(llr: Array) -> Array:
@@ -195,10 +198,9 @@ def _means(rows: Array, many: int) -> Array:
     return np.asarray(rows[: whole * many].reshape(whole, many, -1).mean(axis=1))
 
 
-def _whitened(N: Array, *rows: Array) -> Array:
+def _whitened(N: Array, y: Array) -> Array:
     """Rows whitened, whose covariance is I + N N': white noise and causes with columns N, sd 1."""
     U, d, _ = np.linalg.svd(N, full_matrices=False)
-    y = np.array(rows)
     return np.asarray(y - (y @ U * (1.0 - 1.0 / np.hypot(1.0, d))) @ U.T)
 
 
@@ -235,8 +237,8 @@ def _flown(after: Array, load: Array) -> tuple[Array, Array]:
     return u, np.cumsum(u * dt)
 
 
-def _strike(after: Array, lasting: float) -> Array:
-    """Return of a unit impulse within `lasting` [s], (N,) [1/s]."""
-    z = (after - LATE) / lasting + 0.5
+def _strikes(after: Array) -> Array:
+    """Return of a unit impulse within each of STRIKES, (strikes, N) [1/s]."""
+    z = (after - LATE) / STRIKES[:, None] + 0.5
     inside = (z > 0.0) & (z < 1.0)
-    return np.where(inside, 2.0 / lasting * np.sin(np.pi * z) ** 2, 0.0)
+    return np.where(inside, 2.0 / STRIKES[:, None] * np.sin(np.pi * z) ** 2, 0.0)
