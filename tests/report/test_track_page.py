@@ -5,6 +5,8 @@ from __future__ import annotations
 import base64
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -215,6 +217,13 @@ def test_white_innovations_lie_in_their_band_as_often_as_it_says(quiet):
         (np.mean((found.mean > found.low) & (found.mean < found.high)), len(found.mean)),
     ):
         assert abs(inside - 0.9) < 4.0 * np.sqrt(0.09 / count)
+
+
+def test_a_page_does_not_wait_for_statistics_of_which_it_draws_nothing():
+    """They take a second to load."""
+    code = "import sys, urdyn.report.track.page; print(sys.modules.keys() & set(sys.argv[1:]))"
+    heavy = (sys.executable, "-c", code, "scipy.stats", "scipy.signal")
+    assert subprocess.run(heavy, capture_output=True, text=True, check=True).stdout == "set()\n"
 
 
 def test_a_current_that_reads_0_throughout_has_a_residual_and_no_share(tmp_path):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import welch
 
 from urdyn.signal.stretches import median_step, stretches
 from urdyn.types import Array, Index
@@ -35,6 +34,8 @@ def spectrum(t: Array, x: Array) -> tuple[Array, Array]:
     Stamps are irregular: x is resampled at the median step, for display only. Of the stretches
     between gaps, the longest stands for all.
     """
+    from scipy.signal import welch  # heavy, and most pages draw no spectrum
+
     t, x = t[np.isfinite(x)], x[np.isfinite(x)]
     step = median_step(t)
     longest = max(stretches(t), key=lambda rows: rows.stop - rows.start)
