@@ -151,12 +151,11 @@ class Flight:
         if not (beside.speed[at].min() > STANDING and beside.finite[at].all()):
             return 0.0, 0.0
         ways = len(lacking)
-        free = FREE * np.stack([np.ones(at.sum()), after[at]], axis=1)
-        templates = lacking[:, at].T / beside.gain
-        columns = np.column_stack([beside.left[at], templates, free, beside.known[at]])
-        doubt = _means(beside.doubt[at], many)[:, 0]
-        columns = _means(columns, many) / np.hypot(self._quiet[beside.joint], doubt)[:, None]
-        white = _whitened(columns[:, 1 + ways :], columns[:, : 1 + ways].T)
+        free = FREE * np.stack([np.ones(len(after)), after])
+        said = beside.doubt, beside.left, lacking / beside.gain, free, beside.known.T
+        doubt, *means = _means(np.vstack(said)[:, at].T, many).T
+        rows = means / np.hypot(self._quiet[beside.joint], doubt)
+        white = _whitened(rows[1 + ways :].T, rows[: 1 + ways])
         llr, shown = _told(white[0], white[1:])
         return float(_mean(llr)), float(shown.mean())
 
@@ -205,7 +204,7 @@ def _whitened(N: Array, y: Array) -> Array:
 
 
 def _power(r: Array) -> Array:
-    return np.asarray(np.sum(np.clip(r, -WILD, WILD) ** 2, axis=-1))
+    return np.asarray(np.minimum(r * r, WILD**2).sum(axis=-1))
 
 
 def _likelihood(power: Array, n: float) -> Array:
