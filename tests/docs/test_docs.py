@@ -7,6 +7,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,9 @@ import pytest
 import typer
 
 from urdyn.cli.app import app
+from urdyn.identify.excite.cell_file import cell_of
 from urdyn.model.arm import load_arm
+from urdyn.model.cell import SIZES
 from urdyn.report.fleet.gather import STATES
 from urdyn.report.fleet.page import BADGE
 from urdyn.simulate.tool import tool_pose
@@ -108,6 +111,20 @@ def test_an_arm_on_a_ceiling_is_the_upright_one_with_gravity_turned_over(tmp_pat
     assert np.abs(torque).max() > 10.0
     assert hung.pose(q)[2, 3] == pytest.approx(2.5 - upright.pose(q)[2, 3])
     np.testing.assert_allclose(tool_pose(hung, q[None]), tool_pose(upright, q[None]), atol=1e-9)
+
+
+def test_a_cell_is_described_as_it_is_read():
+    """What is said of places: a controller's Base has x and y reversed, solids have centres."""
+    page = (ROOT / "docs/howto/excite.md").read_text(encoding="utf-8")
+    [body] = re.findall(r"^```toml.*?\n(.*?)^```", page, re.S | re.M)
+    cell, arm = cell_of(tomllib.loads(body)), load_arm("ur5e")
+    assert {solid.shape for solid in cell.solids} == {*SIZES} and len(cell.walls) == 2
+    [table] = [solid for solid in cell.solids if solid.name == "table"]
+    assert table.xyz[2] == table.size[2] / 2.0  # it stands on the floor
+    q = np.array([0.1, -0.5, 0.5, 0.2, 0.3, 0.0])
+    np.testing.assert_allclose(
+        tool_pose(arm, q[None])[0, :3], arm.pose(q)[:3, 3] * [-1.0, -1.0, 1.0], atol=1e-9
+    )
 
 
 @pytest.mark.slow

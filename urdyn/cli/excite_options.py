@@ -48,7 +48,11 @@ TwinFile = Annotated[
 ]
 CellFile = Annotated[
     Path | None,
-    typer.Option("--cell", metavar="FILE", help="Floor, walls, boxes and the tool's shape (TOML)."),
+    typer.Option(
+        "--cell",
+        metavar="FILE",
+        help="Floor, walls, boxes and the tool's shape: TOML, as in docs/howto/excite.md.",
+    ),
 ]
 Margin = Annotated[float, typer.Option(metavar="M", help="Metres kept from everything.")]
 Mass = Annotated[float | None, typer.Option(metavar="KG", help="Mass of a payload at the tool.")]
