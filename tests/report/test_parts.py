@@ -10,13 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
+from scipy.signal import butter, sosfiltfilt
 
 from urdyn.model.friction import WORKING_SPEED
 from urdyn.report.digits import interval90, number
-from urdyn.report.evidence import PARTLY, SEEN, UNSEEN, pool, seen
+from urdyn.report.evidence import PARTLY, SEEN, UNSEEN, pool, residual, seen
 from urdyn.report.identify.comparison import compare, share_inside
 from urdyn.report.identify.friction_curve import friction, friction_curve
 from urdyn.report.identify.friction_section import friction_section
+from urdyn.report.identify.prediction import _spectrum
 from urdyn.report.identify.summary import identified as identified_numbers
 from urdyn.report.identify.tables import identify_table, truth_table, validate_table
 from urdyn.report.names import spoken
@@ -48,6 +50,19 @@ def test_the_spectrum_of_white_noise_is_flat_at_its_power():
     # scatters by less than 1 %
     assert np.mean(density[2:-2] ** 2) == pytest.approx(1 / 50.0, rel=0.04)
     assert f[-1] == pytest.approx(50.0)
+
+
+def test_a_spectrum_shows_nothing_far_below_what_is_left_over(case):
+    """A filtered current falls by ten decades, whose ticks would cover the axis."""
+    low_pass = butter(6, 3.0, fs=100.0, output="sos")
+    log = case.seen.log
+    smoothed = sosfiltfilt(low_pass, log.channels["actual_current"], axis=0)
+    filtered = replace(log, channels={**log.channels, "actual_current": smoothed})
+    bare = replace(case.seen, log=filtered)
+    _, left = spectrum(log.t, residual(bare)[:, 1])
+    drawn = _spectrum(bare, 1)
+    low, _ = drawn.layout.yaxis.range
+    assert np.log10(min(drawn.data[0].y)) < low - 2.0 and low < np.log10(left.min()) < low + 0.2
 
 
 def test_a_weekend_between_two_motions_leaves_their_spectrum_as_it_is():

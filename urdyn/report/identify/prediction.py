@@ -31,6 +31,7 @@ from urdyn.report.traces import downsample, spectrum
 from urdyn.types import STANDSTILL
 
 POINTS = 3000  # per trace
+MARGIN = 0.1  # decades of a spectrum's axis beyond its ends
 SHOWN = 3  # logs drawn; all are in the tables
 
 
@@ -127,7 +128,12 @@ def _spectrum(score: Score, j: int) -> go.Figure:
     ]
     drawing = figure(traces, "frequency [Hz]", "current [A/√Hz]", 210, shapes=_gear_strip(score, j))
     drawing.update_xaxes(type="log", dtick=1)
-    return drawing.update_yaxes(type="log", dtick=1, tickformat="~g")
+    drawing.update_yaxes(type="log", dtick=1, exponentformat="power")
+    if not left.any():
+        return drawing
+    # Far below the residual there is only what a filter left, by many decades.
+    low, high = np.log10([left[left > 0.0].min(), max(current.max(), left.max())])
+    return drawing.update_yaxes(range=[low - MARGIN, high + MARGIN])
 
 
 def _gear_strip(score: Score, j: int) -> list[dict[str, object]]:
