@@ -122,9 +122,8 @@ def _coefficients(fit: Fit) -> Html:
         for q, label in QUANTITIES.items()
         if q == "gain" or any(fit.spread(f"{joint}.{q}") for joint in names)
     ]
-    models = [text(" + ".join(terms(fit, j)) or "none") for j in range(len(names))]
     first = [cell(f"friction at {WORKING_SPEED} rad/s", "N·m"), *map(text, slides)]
-    return table(["", *joints(fit)], [first, *rows, [text("optional terms kept"), *models]])
+    return table(["", *joints(fit)], [first, *rows])
 
 
 def _coefficient(fit: Fit, joint: str, quantity: str) -> Html:
