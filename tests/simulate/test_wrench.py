@@ -77,8 +77,7 @@ def test_a_push_on_the_last_link_is_told_as_it_is(ur5e, dynamics, made):
     now = course(dynamics, (push,), made.t)
     force = wrenches(dynamics, now, made.at(made.t))["actual_TCP_force"]
     share = np.where((made.t > 2) & (made.t < 3), np.sin(np.pi * (made.t - 2.0)), 0.0)
-    # The controller's base looks the other way than the root of the description.
-    wanted = np.outer(share, [-10.0, -20.0, -30.0])
+    wanted = np.outer(share, [10.0, 20.0, -30.0])
     np.testing.assert_allclose(force[:, :3], wanted, rtol=0, atol=1e-9)
 
 

@@ -34,7 +34,7 @@ class Collision:
     """A push on a link at its joint's frame: half a sine over the duration."""
 
     link: int  # index of the link, that of its joint, from 0
-    force: Vector  # [N] at the peak, in the root's axes
+    force: Vector  # [N] at the peak, in the axes of the controller's base
     onset: float = 0.0  # [s]
     duration: float = 0.2  # [s], above 0
 

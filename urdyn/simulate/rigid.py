@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from urdyn.model.arm import Arm
+from urdyn.model.arm import Arm, controller_base
 from urdyn.model.dynamics import Dynamics
 from urdyn.simulate.schedule import Course
 from urdyn.types import Array, Motion
@@ -25,11 +25,15 @@ def transmitted(dynamics: Dynamics, course: Course, motion: Motion) -> Array:
 
 
 def pushed(arm: Arm, q: Array, push: Array) -> Array:
-    """Joint torques (N, J) due to pushes on the links (N, J, 6): sum of J' F."""
+    """Joint torques (N, J) due to pushes on the links (N, J, 6): sum of J' F.
+
+    F is in the axes of the controller's base, J in those of the root.
+    """
     torque = np.zeros(q.shape)
+    root_to_base = np.kron(np.eye(2), controller_base(arm)[:3, :3].T)
     for link in np.flatnonzero(push.any(axis=(0, 2))):
         jacobian = arm.jacobian(q, arm.link_names[link])
-        torque += np.einsum("nij,ni->nj", jacobian, push[:, link])
+        torque += np.einsum("nij,ni->nj", jacobian, push[:, link] @ root_to_base)
     return torque
 
 

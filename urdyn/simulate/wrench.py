@@ -38,14 +38,14 @@ def wrenches(dynamics: Dynamics, course: Course, motion: Motion) -> dict[str, Ar
     arm, link = dynamics.arm, dynamics.arm.link_names[-1]
     turn = arm.pose(motion.q, link)[:, :3, :3]
     twist, acceleration = flange_motion(arm, motion)
-    push = into(turn, course.push[:, -1])
+    flange_to_base = controller_base(arm)[:3, :3].T @ turn
+    push = into(flange_to_base, course.push[:, -1])
     w, alpha = into(turn, twist)[:, 3:], into(turn, acceleration)[:, 3:]
     a = np.einsum("nji,nj->ni", turn, acceleration[:, :3] - GRAVITY)
     unknown = push - carrying(course.payload - dynamics.payload, a, w, alpha)
-    root_to_base = controller_base(arm)[:3, :3].T
     return {
         "ft_raw_wrench": push - carrying(course.payload, a, w, alpha),
-        "actual_TCP_force": into(np.swapaxes(root_to_base @ turn, 1, 2), unknown),
+        "actual_TCP_force": into(np.swapaxes(flange_to_base, 1, 2), unknown),
     }
 
 
