@@ -27,13 +27,16 @@ def transmitted(dynamics: Dynamics, course: Course, motion: Motion) -> Array:
 def pushed(arm: Arm, q: Array, push: Array) -> Array:
     """Joint torques (N, J) due to pushes on the links (N, J, 6): sum of J' F.
 
-    F is in the axes of the controller's base, J in those of the root.
+    F is in the axes of the controller's base, J in those of the root, of the middle of the link:
+    where two links meet, no torque would tell which of them it was.
     """
     torque = np.zeros(q.shape)
     root_to_base = np.kron(np.eye(2), controller_base(arm)[:3, :3].T)
     for link in np.flatnonzero(push.any(axis=(0, 2))):
-        jacobian = arm.jacobian(q, arm.link_names[link])
-        torque += np.einsum("nij,ni->nj", jacobian, push[:, link] @ root_to_base)
+        ends = arm.link_names[link : link + 2]
+        middle = np.mean([arm.jacobian(q, end) for end in ends], axis=0)
+        own = middle[..., : link + 1]  # the next joint moves no point of this link
+        torque[:, : link + 1] += np.einsum("nij,ni->nj", own, push[:, link] @ root_to_base)
     return torque
 
 

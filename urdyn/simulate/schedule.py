@@ -36,7 +36,7 @@ class Course:
     half_gap: Array  # (N, J) [rad] of backlash, to either side
     encoder_offset: Array  # (N, J) [rad], reported angle minus true
     payload: Array  # (N, 10) inertials in the last joint's frame
-    push: Array  # (N, J, 6) [N, N·m] on each link, at its joint's frame, in the base's axes
+    push: Array  # (N, J, 6) [N, N·m] on the middle of each link, in the base's axes
     loop_gain: Array  # (N, J) [-], times the controller's
     loop_delay: Array  # (N,) [s], beyond the controller's
     ambient: Array  # (N,) [K] by which the room is warmer than initially
