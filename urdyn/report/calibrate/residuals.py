@@ -23,8 +23,9 @@ def residuals_section(e: Array, sound: Mask, q: Array, joints: Sequence[str]) ->
     rows = np.linspace(0, len(e) - 1, min(len(e), SHOWN)).round().astype(np.intp)
     rows = rows[sound[rows]]
     lead = (
-        "Measured less predicted, in the base’s axes. What is left should look like noise: a wave "
-        "over a joint’s angle is something that the model does not know."
+        "Measured less predicted, in the axes of the robot’s base, a UR’s as its pendant shows it. "
+        "What is left should look like noise: a wave over a joint’s angle is something that the "
+        "model does not know."
     )
     if not sound.all():
         lead += (

@@ -23,7 +23,8 @@ LEAD = (
 def scene(found: Excitation) -> Html:
     """The section with the arm in space."""
     drawing = _drawing(found)
-    return section("The arm in its cell", LEAD, plot(drawing, "Pose over time", "base frame [m]"))
+    axes = "axes of the root link, a UR's base_link [m]"
+    return section("The arm in its cell", LEAD, plot(drawing, "Pose over time", axes))
 
 
 def _drawing(found: Excitation) -> go.Figure:
