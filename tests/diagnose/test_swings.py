@@ -10,9 +10,11 @@ from realarm import with_current
 from shop import Shop
 
 from urdyn.diagnose import diagnose
+from urdyn.diagnose.event import Event
 from urdyn.diagnose.lasting_line import CROWD, lasts, others
+from urdyn.diagnose.ledger import entered, finding_of
 from urdyn.diagnose.oscillation import Oscillation
-from urdyn.diagnose.ringing_line import SEEN, Line
+from urdyn.diagnose.ringing_line import SEEN, WINDOWS, Line
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
 from urdyn.diagnose.swings import (
@@ -338,6 +340,38 @@ def test_a_line_that_most_looks_do_not_see_is_not_one_that_lasts(shop: Shop, rat
         line, t = Line(1, 6.4, ratio, np.full(4, 2.6)), T + 0.125 * look
         state, events = ear._told(state, line, t, 0.9, known=True, doubted=False)
         assert not events
+
+
+def test_a_swing_began_before_any_window_that_shows_it_throughout(shop: Shop) -> None:
+    """A weak one may first show in a lucky second, long after it began."""
+    ear = Oscillation(space(shop.fit), 0.01, read_rules().fast.controller_instability)
+
+    def first(now: float) -> tuple[float, float]:
+        """When the swing began, by windows that end then, the shortest first, and within what."""
+        state = ear.init()
+        for window in WINDOWS:
+            t = now - window + np.arange(round(100.0 * window)) / 100.0
+            line = Line(1, 6.4, 30.0, np.full(4, 2.6))
+            state, _ = ear._told(state, line, t, window, known=True, doubted=False)
+            now += 2.0
+        return state.ring.first, state.ring.within
+
+    assert np.allclose(first(20.0), (20.0 + 4.0 - 14.4, 0.25 * 14.4))
+
+
+@pytest.mark.parametrize(("since", "within"), [(27.9, 3.6), (40.0, 0.2)])
+def test_a_swing_found_again_after_a_silence_began_when_it_was_first_found(
+    shop: Shop, since: float, within: float
+) -> None:
+    """Which is known no better, and no worse, by the window that finds it again."""
+    where, rules = space(shop.fit), read_rules()
+    evidence = {"frequency_Hz": 13.0, "amplitude_Nm": 1.5, "growing": False, "fading": False}
+    swing = Event("controller_instability", 1, 13.0, 28.5, 1.5, evidence=evidence, within=3.6)
+    book, _ = entered((), [finding_of(swing, (), where, rules)])
+    again = replace(swing, onset=since, alarm=48.5, within=within)
+    [found], _ = entered(book, [finding_of(again, book, where, rules)])
+    assert (found.onset_s, found.alarm_s) == (13.0, 28.5)
+    assert np.allclose(found.onset_interval_s, (9.4, 16.6)) and "stamp 13.0 s" in found.text
 
 
 @pytest.mark.parametrize(

@@ -150,7 +150,7 @@ def thinned(series: tuple[Level, ...]) -> tuple[Level, ...]:
 
 
 def finding_of(event: Event, book: Findings, space: Space, rules: Rules) -> Finding:
-    """An event as a finding; one that continues a finding in the book keeps its onset."""
+    """An event as a finding; one that continues a finding in the book keeps when that began."""
     finding = of_event(event, space, rules)
     old = next((f for f in book if f.id == finding.id), None)
     if old is None:
@@ -158,7 +158,8 @@ def finding_of(event: Event, book: Findings, space: Space, rules: Rules) -> Find
     if event.kind == JUMPS:
         event = zero.beside(event, old, rules.jump)
     if _goes_on(old, event.onset):
-        event = replace(event, onset=old.onset_s)
+        first, last = old.onset_interval_s
+        event = replace(event, onset=old.onset_s, within=last - old.onset_s, unseen=first)
     return of_event(event, space, rules)
 
 
@@ -194,5 +195,5 @@ def to_be_told(before: Findings, found: Sequence[Finding]) -> list[Finding]:
 
 
 def _goes_on(old: Finding, onset: float) -> bool:
-    """Whether an onset [s] is after a finding's alarm, and so continues it."""
-    return onset > old.alarm_s
+    """Whether an onset [s] is after that of a finding, and so continues it."""
+    return onset > old.onset_interval_s[1]

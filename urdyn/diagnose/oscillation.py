@@ -55,6 +55,13 @@ class Ring:
         """Recent amplitude [N·m]; a window may contain the motion only in part."""
         return float(np.median([amplitude for _, amplitude, _ in self.course]))
 
+    def by(self, t: float, within: float) -> Ring:
+        """Begun within `within` of t [s], if that is before it was thought to have begun.
+
+        A weak line may first show in a short window, long after it began.
+        """
+        return replace(self, first=t, within=within) if t + within < self.first else self
+
     def going_on(self, line: Line, t: Array) -> Ring:
         """With this line at these times; another joint's amplitudes start a new course."""
         before = self.course if line.joint == self.joint else ()
@@ -201,6 +208,7 @@ class Oscillation:
         missed = now - MISSED * WINDOWS[window]
         like = state.like(line, missed, now - AGAIN)
         before = like or _begun(state, line, t, window)
+        before = before.by(float(t[0]), WITHIN * window)
         before = replace(before, last=now, frequency=line.frequency)
         if before.told and line.joint != before.joint:  # a joint that it shakes
             return state.after(before), []
