@@ -12,6 +12,7 @@ from urdyn.diagnose import carried
 from urdyn.diagnose.carried import Mode
 from urdyn.diagnose.carrying import Carrying
 from urdyn.diagnose.change import Change
+from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.onsets import Block
 from urdyn.diagnose.slow import BLOCK, Slow
 from urdyn.diagnose.slow_state import SlowState
@@ -51,12 +52,16 @@ def carrying_it(slow: Slow, changes: dict[int, float]) -> SlowState:
 
 
 def settled(
-    slow: Slow, state: SlowState, monkeypatch: pytest.MonkeyPatch, ended: bool = False
+    slow: Slow,
+    state: SlowState,
+    monkeypatch: pytest.MonkeyPatch,
+    ended: bool = False,
+    since: float = SINCE,
 ) -> SlowState:
-    """Once that load has been carried for long enough."""
+    """Once that load has been carried for long enough, as it seems since `since` [s]."""
     tool = next(k for k, each in enumerate(slow.of.each) if each.kind.of_tool)
-    span = (SINCE, SINCE)
-    change = Change(tool, SINCE, span, span, NOW, 1.0, np.nan, 1.0, 0.1, 0.0, 0.0)
+    span = (since, since)
+    change = Change(tool, since, span, span, NOW, 1.0, np.nan, 1.0, 0.1, 0.0, 0.0)
     monkeypatch.setattr(Stay, "settled", lambda self, carrying, *of: (carrying.here, change))
     return slow._settled(state, NOW, ended)
 
@@ -105,3 +110,17 @@ def test_between_both_one_waits_and_a_load_that_took_no_whole_block_is_told(
     (change,) = settled(slow, none, monkeypatch).found
     assert change.confidence == 1.0
     assert not change.rivals
+
+
+@pytest.mark.parametrize(("alarm", "began"), [(NOW, SINCE - BLOCK), (SINCE + 2.0 * BLOCK, None)])
+def test_a_load_that_a_joints_fault_hid_may_have_come_since_the_usual_one_was_last_seen(
+    slow: Slow, monkeypatch: pytest.MonkeyPatch, alarm: float, began: float | None
+) -> None:
+    """A sensor that begins to read too low makes it look put down, until that is known."""
+    state, since = carrying_it(slow, {slow.space.payload[0]: 1.0}), SINCE + 3.0 * BLOCK
+    elbow = next(k for k, s in enumerate(slow.of.each) if s.joint == ELBOW and s.kind.of_sensor)
+    fault = Fault(elbow, since - 1.5 * BLOCK, since - BLOCK, alarm, -0.3)
+    state = settled(slow, replace(state, known=(fault,)), monkeypatch, since=since)
+    (change,) = state.found
+    assert change.began == (since if began is None else began, since)
+    assert change.onset == (since if began is None else SINCE)

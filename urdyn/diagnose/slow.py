@@ -15,7 +15,7 @@ from urdyn.diagnose import carried, friction, onsets, warmth
 from urdyn.diagnose.alarm import CONFIDENT
 from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
-from urdyn.diagnose.change import Push
+from urdyn.diagnose.change import Change, Push
 from urdyn.diagnose.explain import gathered, ratios
 from urdyn.diagnose.gathering import none_gathered
 from urdyn.diagnose.healthy import Healthy
@@ -140,6 +140,7 @@ class Slow:
                 return state
             change = change.among(share)
         more = carrying.modes[0].mean - state.carrying.modes[0].mean
+        change = _unhidden(change, state)
         state = replace(state, carrying=carrying, found=(*state.found, change))
         state = self.judge.relieved(state, more)
         return self._settled(state, t, ended) if carrying.away else state
@@ -307,3 +308,18 @@ def _unpushed(state: SlowState, push: Push) -> SlowState:
     path = tuple(state.carrying.path[k] for k in kept)
     waiting = tuple(state.waiting[k] for k in kept)
     return replace(state, waiting=waiting, carrying=replace(state.carrying, path=path))
+
+
+def _unhidden(change: Change, state: SlowState) -> Change:
+    """A load's change, which a joint's fault may have hidden since before it seems to begin.
+
+    Between its onset and its alarm a fault makes a load look lighter, or put down: the load came
+    after the last block before that began with the usual one.
+    """
+    blind = [f.onset_lo for f in state.known if f.onset_lo < change.onset < f.alarm]
+    before = [b for b in state.recall.blocks if b.begin < min(blind, default=-np.inf)]
+    if not before:
+        return change
+    usual = max((b.begin for b in before if b.unladen is None), default=before[0].begin)
+    onset = min((b.begin for b in before if b.begin > usual), default=change.onset)
+    return replace(change, onset=onset, began=(min(usual, change.began[0]), change.began[1]))
