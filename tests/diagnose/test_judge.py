@@ -93,6 +93,22 @@ def test_viscous_friction_is_part_of_friction_and_of_nothing_else(shop: Shop) ->
     assert [(a.joint, b.joint) for a, b in pairs] == [(j, j) for j in range(6)]
 
 
+def test_friction_that_one_term_names_may_have_grown_in_each(shop: Shop) -> None:
+    """It is sized whole: a term held where it was before would make up for none of the others."""
+    healthy = shop.diagnosis(shop.log(seconds=2.0)).slow.healthy
+    told = [
+        Fault(k, 5.0, 10.0, 20.0, 0.6)
+        for name in ("viscous_friction", "friction_increase")
+        for k, s in enumerate(healthy.of.each)
+        if (s.kind.name, s.joint) == (name, 2)
+    ]
+    _, P = healthy.first
+    part, whole = (healthy.opened(P, (fault,), 20.0) for fault in told)
+    assert np.array_equal(part, whole) and not np.array_equal(part, P)
+    part, whole = (healthy.loosened((fault,), np.ones(6)).walk for fault in told)
+    assert np.array_equal(part, whole) and not np.array_equal(part, healthy.straying.walk)
+
+
 def test_an_alarm_that_waited_for_what_was_taken_back_since_is_none(shop: Shop) -> None:
     slow = Slow(space(shop.fit), 0.02, read_rules())
     state = replace(slow.init(), waited=1)

@@ -95,7 +95,7 @@ class Healthy:
         """
         walk = self.straying.walk.copy()
         for fault in known:
-            suspect = self.of.each[fault.suspect]
+            suspect = self.of.freed_by(fault.suspect)
             walk[self.of.states[suspect.places]] += suspect.sd / np.sqrt(GROWTH)
         window = self.straying.window.copy()
         window[: self.space.size] = self.window(share, np.zeros(self.space.joints))
@@ -120,7 +120,7 @@ class Healthy:
         """Variance of these faults' effects, (N,)."""
         var = np.zeros(self.size)
         for fault in faults:
-            suspect = self.of.each[fault.suspect]
+            suspect = self.of.freed_by(fault.suspect)
             var[self.of.states[suspect.places]] += fault.spread(suspect) ** 2
         return var
 
@@ -128,7 +128,7 @@ class Healthy:
         """A bank with the later belief about the states that faults have changed since."""
         if not known:
             return bank
-        each = [self.of.states[self.of.each[fault.suspect].places] for fault in known]
+        each = [self.of.states[self.of.freed_by(fault.suspect).places] for fault in known]
         at = np.unique(np.concatenate(each))
         x, P = bank.x.copy(), bank.P.copy()
         x[at] = later.x[at]

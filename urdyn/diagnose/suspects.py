@@ -79,6 +79,12 @@ class Suspects:
         E[self.states, np.arange(len(self.states))] = 1.0
         return E
 
+    def freed_by(self, k: int) -> Suspect:
+        """What may have changed with a suspect: friction is sized whole, so more than its name."""
+        suspect = self.each[k]
+        whole = (s for s in self.each if s.kind.of_friction and suspect.part_of(s))
+        return next(whole, suspect) if suspect.kind.of_friction else suspect
+
 
 def left(z: float) -> float:
     """What is left of a drive's health by its state z, (0, 1] unless it gained [-]."""
