@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -42,6 +44,15 @@ Q = np.array([0.3, -1.2, 1.0, -0.6, 0.7, 0.2])  # [rad]
 FORCE = np.array([60.0, -70.0, 40.0])  # [N] in the axes of the pendant's base
 NOTHING = np.zeros((1, 10))
 HALF_TURN = np.diag([-1.0, -1.0, 1.0])  # from base_link's axes to those of the pendant's base
+PENDULUM = """<robot name="pendulum"><link name="base"/><link name="arm"><inertial>
+<origin xyz="0 0 0.3"/><mass value="4"/>
+<inertia ixx=".1" iyy=".1" izz=".02" ixy="0" ixz="0" iyz="0"/>
+</inertial></link><link name="tool0"/>
+<joint name="j" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
+<limit lower="-3" upper="3" effort="100" velocity="3"/></joint>
+<joint name="t" type="fixed"><parent link="arm"/><child link="tool0"/>
+<origin xyz="0 0 0.6"/></joint>
+</robot>"""
 
 
 @pytest.fixture(scope="module")
@@ -120,6 +131,15 @@ def test_a_push_on_an_arm_without_a_controllers_base_is_told_in_its_roots_axes(
     event, known = (_event(arm, _pushed(where, 3)) for arm in (foreign, where))
     assert np.allclose(event.evidence["force_N"], HALF_TURN @ known.evidence["force_N"])
     assert "of the root link" in of_event(event, foreign, read_rules()).text
+
+
+def test_a_push_on_an_arm_of_one_joint_is_on_its_only_link() -> None:
+    """Of several links the first is left out, as one joint alone feels it."""
+    alone: Any = SimpleNamespace(reference=SimpleNamespace(arm=read_arm(PENDULUM)))
+    felt, one = np.array([-30.0]), np.ones(1)
+    link, sure, force = Pushed(alone, 15.0)._place(np.zeros(1), felt, one, one > 0.0)
+    assert (link, sure) == (0, pytest.approx(1.0))
+    assert force.mean[0] > 0.0 and not force.mean[1:].any()  # it stands up and turns about y
 
 
 @dataclass(frozen=True)

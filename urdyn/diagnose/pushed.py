@@ -170,17 +170,18 @@ class Pushed:
         each = np.bincount(links, share)
         link = int(np.argmax(each))
         cov = FORCE**2 * (np.eye(3) + gain @ Jt)
-        return link, float(each[link]), moments(share, gain @ felt, cov)
+        return link, min(float(each[link]), 1.0), moments(share, gain @ felt, cov)
 
     def _points(self, q: Array) -> tuple[Array, Array]:
-        """Points of links but the first: the link (P,), and the Jacobian (P, 3, J) of each.
+        """Points of links but the first of several: the link (P,), and the Jacobian (P, 3, J).
 
         In the axes of the controller's base. The next joint does not move its own frame's origin:
         both ends belong to the link.
         """
         arm = self.space.reference.arm
-        names = (*arm.link_names[1:], arm.tool)
-        links = np.arange(1, arm.joints)
+        first = min(1, arm.joints - 1)
+        names = (*arm.link_names[first:], arm.tool)
+        links = np.arange(first, arm.joints)
         ends = controller_base(arm)[:3, :3].T @ [arm.jacobian(q, name)[:3] for name in names]
         own = np.arange(arm.joints) <= links[:, None, None]
         points = [np.where(own, ends[:-1] + part * np.diff(ends, axis=0), 0.0) for part in PARTS]
