@@ -17,7 +17,7 @@ from urdyn.diagnose.doubt import GAIN
 from urdyn.diagnose.rules import read_rules
 from urdyn.io.spans import clock, span, span_of
 from urdyn.report.digits import difference, number
-from urdyn.report.finding_words import size, when
+from urdyn.report.finding_words import direction, size, when
 from urdyn.report.track.history import History
 from urdyn.report.track.page import track_page
 
@@ -341,7 +341,7 @@ def test_a_size_has_the_digits_of_its_interval():
     assert size({"unit": "kg", "size": 2.00712, "size_sd": 0.018}) == "2.007 ± 0.030 kg"
     assert size({"unit": "N", "size": 90.2, "size_sd": None}) == "90 N"
     along = "(40.0 ± 8.2, 0 ± 82, 0.0 ± 1.6) N along x, y, z of the pendant's base"
-    assert size({"evidence": PUSH}) == f"40 N, {along}"
+    assert direction(PUSH) == along
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,8 @@ from urdyn.diagnose.finding import Finding, severity
 from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.trust import trust
-from urdyn.report.finding_words import SHOWS, push
+from urdyn.report.digits import interval90
+from urdyn.report.finding_words import SHOWS, direction
 
 
 def of_event(event: Event, space: Space, rules: Rules) -> Finding:
@@ -87,7 +88,8 @@ def _shown(event: Event, name: str) -> str:
 def _pushed(event: Event, name: str) -> str:
     told = event.evidence
     lasted = f"for {told['duration_s']:.2f} s at stamp {event.onset:.2f} s"
-    return f"{name}: pushed with {push(told)}, {lasted}"
+    strength = interval90(event.size, event.size_sd)
+    return f"{name}: pushed with {strength} N, {direction(told)}, {lasted}"
 
 
 def _swings(event: Event, name: str) -> str:

@@ -136,18 +136,15 @@ def amount(finding: Mapping[str, Any], value: float) -> str:
     return f"{'+' if value > 0.0 else ''}{number(factor(finding) * value)} {unit(finding)}"
 
 
-def push(evidence: Mapping[str, Any]) -> str:
-    """How hard a push was, and which way, with 90 % intervals."""
+def direction(evidence: Mapping[str, Any]) -> str:
+    """Which way a push went, with 90 % intervals."""
     along = ", ".join(map(interval90, evidence["force_N"], evidence["force_sd_N"]))
-    axes = f"x, y, z of {FRAMES[evidence['frame']]}"
-    return f"{number(evidence['strength_N'])} N, ({along}) N along {axes}"
+    return f"({along}) N along x, y, z of {FRAMES[evidence['frame']]}"
 
 
 def size(finding: Mapping[str, Any]) -> str:
     """Its size with its 90 % interval; its mode where it has no size."""
     evidence = finding.get("evidence", {})
-    if "force_N" in evidence:
-        return push(evidence)
     if mode := evidence.get("mode"):
         return SHOWS.get(mode, str(mode)) + (", well again" if "until_s" in evidence else "")
     if "was_rad" in evidence:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from urdyn.report.canvas import JOINTS, figure, line, rule, shade
-from urdyn.report.finding_words import kind
+from urdyn.report.finding_words import direction, kind
 from urdyn.report.markup import Html, plot
 from urdyn.report.names import spoken
 from urdyn.report.track.history import History
@@ -36,7 +36,8 @@ def drawn_push(finding: Mapping[str, Any], history: History) -> Html:
     drawing = figure(traces, clock.axis, "current beyond expected [A]", 220, shapes=shapes)
     title = f"{spoken(finding['name'])}: {kind(finding)}"
     colours = {spoken(joint): colour for joint, colour in felt.items()}
-    return plot(drawing, title, "expected: as predicted, or as before", colours)
+    note = f"{direction(evidence)}; expected: as predicted, or as before"
+    return plot(drawing, title, note, colours)
 
 
 def _beyond(history: History, joint: str, near: Mask, before: Mask) -> Array:
