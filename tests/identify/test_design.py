@@ -210,3 +210,11 @@ def test_a_joint_that_reverses_is_compared_and_one_that_stands_is_not(point: Dyn
     assert not (block.known & rests).any() and block.turning[stopped, 0].all()
     assert not fewer[:, 1:].any() and np.count_nonzero(fewer) <= 4
     assert (np.abs(v[settled, 1]) < STANDSTILL).any()
+
+
+def test_a_joint_that_creeps_slides(point: Dynamics) -> None:
+    """In two minutes at a slow tool's speed it goes more than a radian."""
+    t, creep = 0.02 * np.arange(6000), np.full((6000, 6), 0.01)
+    none = np.zeros_like(creep)
+    (block,) = blocks(point, Motion(t, t[:, None] * creep, creep, none, none, none, none))
+    assert block.known[2000:].all()

@@ -25,6 +25,7 @@ TERMS = (*LINEAR, *STEPS)
 TICK = 1e-5  # [s] step of the torque's time derivative
 SETTLED = 50.0  # presliding distances of travel after which the initial state is forgotten
 BLOCK = 8192  # rows of a regressor in memory at a time
+RESTING = 0.25 * STANDSTILL  # [rad/s] a joint that creeps faster slides
 AROUND = 0.05  # [s] to either side of a reversal, in which friction may be mispredicted
 
 
@@ -68,13 +69,13 @@ def blocks(point: Dynamics, motion: Motion) -> Iterator[Block]:
 
 
 def standing(motion: Motion) -> Mask:
-    """Where a joint is as slow as at rest for longer than it takes to reverse, (N, J).
+    """Where a joint is at rest for longer than it takes to reverse, (N, J).
 
     Stiction sets its current, and its measured motion does not tell how much of it: errors of some
     microradians as it stops bend the bristles, and what remains of them lasts for the whole rest.
     Taken as known, rests are explained by friction that fades at next to no speed.
     """
-    return np.stack([_standing(motion.t, np.abs(v) <= STANDSTILL) for v in motion.v.T], axis=1)
+    return np.stack([_standing(motion.t, np.abs(v) <= RESTING) for v in motion.v.T], axis=1)
 
 
 def _standing(t: Array, slow: Mask) -> Mask:
