@@ -8,7 +8,7 @@ import pytest
 from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.tracking import Tracker
-from urdyn.tracking.interest import as_plain, gathered, nothing_yet, strained
+from urdyn.tracking.interest import after, as_plain, gathered, nothing_yet, strained
 from urdyn.tracking.physical import KNOWN, quantities
 from urdyn.types import NORMAL90, Gaussian
 
@@ -144,6 +144,17 @@ def test_residuals_are_those_of_the_readings(followed):
     residual = np.where(compared, [r.current - r.modelled for r in readings], np.nan)
     rmse = np.sqrt(np.nanmean(residual**2, axis=0))
     np.testing.assert_allclose([joint["rmse_A"] for joint in joints], rmse, rtol=1e-12)
+
+
+def test_peaks_tell_of_margins_but_their_rows_stand_for_no_others(followed):
+    """Predictive error is that of rows at equal distances; a peak is unusual."""
+    tracker, readings = followed
+    of, about = nothing_yet(6), quantities(tracker.fit, tracker.currents)
+    known = [replace(reading, widened=False) for reading in readings]
+    for reading in known:
+        of = after(of, reading, about, tracker.model.prior.mean, due=False)
+    assert not of.samples.any() and not of.squares.any() and of.seconds == 0.0
+    assert of.used.all() and of.spare_sd > 0.0
 
 
 def test_who_has_learnt_nothing_errs_as_the_model_did_when_commissioned(workshop):

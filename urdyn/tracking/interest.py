@@ -72,6 +72,8 @@ def strained(so_far: Interest, reading: Reading, currents: RobotCurrents) -> Int
     measured = np.isfinite(reading.current) & (sd > np.sqrt(2.0) * noise)
     share = np.abs(np.where(measured, reading.current, reading.modelled)) * per
     more, sd = share > so_far.used, np.where(measured, noise, sd) * per
+    if not more.any():
+        return so_far
     used = np.where(more, share, so_far.used)
     return replace(so_far, used=used, used_sd=np.where(more, sd, so_far.used_sd))
 
@@ -79,40 +81,46 @@ def strained(so_far: Interest, reading: Reading, currents: RobotCurrents) -> Int
 def after(
     so_far: Interest, reading: Reading, of: Quantities, commissioned: Array, due: bool
 ) -> Interest:
-    """With one more reading: its peaks, and all the rest if `due`, or with a peak or a payload."""
+    """With one more reading: its peaks and their margins, and the sums if `due` or a payload came.
+
+    Sums over peaks as well would be sums over unusual rows.
+    """
     found = strained(so_far, reading, of.currents)
-    if due or reading.unknown or found is not so_far:
-        found = gathered(found, reading, of, commissioned)
-    return found
+    if due or reading.unknown:
+        return gathered(found, reading, of, commissioned)
+    return found if found is so_far else spared(found, reading, of)
+
+
+def spared(so_far: Interest, reading: Reading, of: Quantities) -> Interest:
+    """With the least payload that could have been added, and the gains as believed now."""
+    belief, gain = reading.belief, of.currents.places["gain"]
+    scale = np.stack([np.exp(belief.mean[gain]), np.hypot(belief.sd[gain], of.taken["payload"])])
+    least = so_far.spare, so_far.spare_sd
+    if reading.unknown:  # another payload has another margin
+        least = np.inf, 0.0
+    if weighed(belief, of.currents):
+        spare, sd = spare_payload(reading, of)
+        # Of the least of many, each somewhat wrong, most would be too small.
+        least = (spare, sd) if spare + NORMAL90 * sd < least[0] + NORMAL90 * least[1] else least
+    return replace(so_far, scale=scale, spare=least[0], spare_sd=least[1])
 
 
 def gathered(so_far: Interest, reading: Reading, of: Quantities, commissioned: Array) -> Interest:
     """With one more reading; `commissioned` is the state's mean on the first day, (n,)."""
-    currents, u, belief = of.currents, reading.inputs, reading.belief
-    x, gain = belief.mean, currents.places["gain"]
+    currents, u, x = of.currents, reading.inputs, reading.belief.mean
     drive = currents.reference.drive
     passed = reading.t - so_far.t
     dt = passed if 0.0 < passed < LONGEST else 0.0
     torque = currents.observe(x, u) * drive.gain * np.exp(x[currents.places["z"]])
-    least = so_far.spare, so_far.spare_sd
-    if reading.unknown:  # another payload has another margin
-        least = np.inf, 0.0
-    if weighed(belief, currents):
-        spare, sd = spare_payload(reading, of)
-        # Of the least of many, each somewhat wrong, most would be too small.
-        least = (spare, sd) if spare + NORMAL90 * sd < least[0] + NORMAL90 * least[1] else least
     # Residuals of the models alone: what the noise's colour predicts is no merit of the belief.
     residual = reading.current - np.stack([reading.modelled, currents.observe(commissioned, u)])
     compared = np.isfinite(reading.innovation.residual)
     values = np.where(compared, np.vstack([residual, reading.current]), 0.0)
     friction = currents.friction(x, u)
     return replace(
-        so_far,
+        spared(so_far, reading, of),
         t=reading.t,
         seconds=so_far.seconds + dt,
-        scale=np.stack([np.exp(x[gain]), np.hypot(belief.sd[gain], of.taken["payload"])]),
-        spare=least[0],
-        spare_sd=least[1],
         work=so_far.work + np.maximum(torque * u.v, 0.0) * dt,
         lost=so_far.lost + np.maximum(friction * u.v, 0.0) * dt,
         samples=so_far.samples + compared,
