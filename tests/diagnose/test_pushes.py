@@ -135,8 +135,11 @@ def test_a_push_on_an_arm_without_a_controllers_base_is_told_in_its_roots_axes(
 
 def test_a_push_on_an_arm_of_one_joint_is_on_its_only_link() -> None:
     """Of several links the first is left out, as one joint alone feels it."""
-    alone: Any = SimpleNamespace(reference=SimpleNamespace(arm=read_arm(PENDULUM)))
-    felt, one = np.array([-30.0]), np.ones(1)
+    arm, one = read_arm(PENDULUM), np.ones(1)
+    push = np.array([[[100.0, 0.0, 0.0, 0.0, 0.0, 0.0]]])
+    felt = -pushed(arm, np.zeros((1, 1)), push)[0]
+    assert felt == pytest.approx(-30.0)  # 0.3 m from the joint
+    alone: Any = SimpleNamespace(reference=SimpleNamespace(arm=arm))
     link, sure, force = Pushed(alone, 15.0)._place(np.zeros(1), felt, one, one > 0.0)
     assert (link, sure) == (0, pytest.approx(1.0))
     assert force.mean[0] > 0.0 and not force.mean[1:].any()  # it stands up and turns about y

@@ -31,7 +31,7 @@ class PayloadChange:
 
 @dataclass(frozen=True)
 class Collision:
-    """A push on the middle of a link, of the last on its joint: half a sine over the duration."""
+    """A push on the middle of a link: half a sine over the duration."""
 
     link: int  # index of the link, that of its joint, from 0
     force: Vector  # [N] at the peak, in the axes of the controller's base

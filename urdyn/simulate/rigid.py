@@ -33,7 +33,7 @@ def pushed(arm: Arm, q: Array, push: Array) -> Array:
     torque = np.zeros(q.shape)
     root_to_base = np.kron(np.eye(2), controller_base(arm)[:3, :3].T)
     for link in np.flatnonzero(push.any(axis=(0, 2))):
-        ends = arm.link_names[link : link + 2]
+        ends = (*arm.link_names, arm.tool)[link : link + 2]
         middle = np.mean([arm.jacobian(q, end) for end in ends], axis=0)
         own = middle[..., : link + 1]  # the next joint moves no point of this link
         torque[:, : link + 1] += np.einsum("nij,ni->nj", own, push[:, link] @ root_to_base)
