@@ -26,7 +26,8 @@ def spare_payload(reading: Reading, of: Quantities) -> tuple[float, float]:
     currents, belief, u = of.currents, reading.belief, reading.inputs
     x, at, beta = belief.mean, currents.places, np.exp(belief.mean[currents.places["beta"]])
     gain = currents.reference.drive.gain * np.exp(x[at["z"]] + x[at["gain"]])
-    scale, torque = np.exp(x[at["gain"]]), currents.observe(x, u) * gain
+    current, by_state = currents.linearised(x, u)
+    scale, torque = np.exp(x[at["gain"]]), current * gain
     carried = slice(at["payload"].start, at["payload"].start + len(PAYLOAD))
     m, *h = of.payload(belief)
     whole = float(m**2 + belief.cov[carried, carried][0, 0]) or np.inf
@@ -45,7 +46,7 @@ def spare_payload(reading: Reading, of: Quantities) -> tuple[float, float]:
     if room[j] == np.inf:  # no torque is too much
         return np.inf, 0.0
     # Derivative of limit - rest at the heavier load, by every state but the rates.
-    slope = -gain[j] * currents.observe_jacobian(x, u)[j]
+    slope = -gain[j] * by_state[j]
     slope[at["z"]][j] += limit[j] * (health[j] < 1.0) - torque[j]
     slope[at["gain"]][j] -= torque[j]
     more = np.abs(load + room * d) - np.abs(load)
