@@ -17,7 +17,7 @@ from urdyn.diagnose.collision import Collision
 from urdyn.diagnose.loads import DELAY, Loads
 from urdyn.diagnose.moment import averaged, laden, pooled
 from urdyn.diagnose.rows import Rows, derivatives, rows
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.slow import BLOCK
 from urdyn.diagnose.space import Space, space
 from urdyn.diagnose.stay import Stay

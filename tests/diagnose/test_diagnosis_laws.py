@@ -28,7 +28,8 @@ from urdyn.diagnose.offline import diagnose
 from urdyn.diagnose.pace import BEAT, Pace
 from urdyn.diagnose.prognosis import FAN, Course, trend
 from urdyn.diagnose.recall import Series
-from urdyn.diagnose.rules import Rules, read_rules
+from urdyn.diagnose.rules import Rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.session import Session
 from urdyn.diagnose.state import Now, State
 from urdyn.diagnose.verdict import of_change, up_to_date

@@ -23,7 +23,7 @@ from urdyn.diagnose.document import ORIGIN
 from urdyn.diagnose.job import Job, job_of
 from urdyn.diagnose.onlooker import Onlooker
 from urdyn.diagnose.reading_row import row
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.session import Session
 from urdyn.errors import InputError, UrdynError
 from urdyn.io.frames import Frames, words_frame
@@ -225,7 +225,7 @@ ORPHAN = """
 import os, sys, time
 from pathlib import Path
 from urdyn.diagnose.onlooker import Onlooker
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.twin import Twin
 looking = Onlooker(Twin.load(sys.argv[1]).fit, 0.01, read_rules(), {})
 looking.begin(Path(sys.argv[2]), 0, {})

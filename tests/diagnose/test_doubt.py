@@ -13,7 +13,7 @@ from urdyn.cli.diagnosing import summed
 from urdyn.diagnose import Finding
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.doubt import GAIN
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 
 JOINTS = tuple(f"joint_{j}" for j in range(6))
 HOUSE = read_rules()

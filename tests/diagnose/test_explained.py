@@ -11,7 +11,7 @@ from urdyn.diagnose.event import Event
 from urdyn.diagnose.event_finding import of_event
 from urdyn.diagnose.explained import unexplained
 from urdyn.diagnose.finding import Finding
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.space import space
 
 BEGAN, TOLD = (16.0, 20.0), 30.0  # [s]

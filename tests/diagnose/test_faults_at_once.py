@@ -14,7 +14,7 @@ from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.ledger import Book
 from urdyn.diagnose.onsets import Block, Straying
 from urdyn.diagnose.recall import Recall
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.space import space
 from urdyn.diagnose.suspects import suspects
 

@@ -15,7 +15,7 @@ from urdyn.diagnose import Report, diagnose
 from urdyn.diagnose.backlash import HALF, Backlash, _forgotten
 from urdyn.diagnose.crossing import Crossing
 from urdyn.diagnose.flight import KNOWN, Beside, Flight, _strikes
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.space import space
 from urdyn.identify.noise import Noise
 from urdyn.simulate import (

@@ -13,7 +13,7 @@ from urdyn.diagnose.change import Push
 from urdyn.diagnose.explain import Explanation, _began, gathered, ratios
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.judge import _shadow
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.slow import Slow
 from urdyn.diagnose.space import space
 from urdyn.diagnose.suspects import Suspect, suspects

@@ -12,7 +12,7 @@ from urdyn.diagnose.backlash import Backlash
 from urdyn.diagnose.observability import Observability
 from urdyn.diagnose.pace import BEAT
 from urdyn.diagnose.rows import rows
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.space import space
 from urdyn.diagnose.warmth import unfelt
 from urdyn.identify.excite.probe import LEAST, probe

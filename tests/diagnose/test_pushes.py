@@ -21,7 +21,7 @@ from urdyn.diagnose.event import Event
 from urdyn.diagnose.event_finding import of_event
 from urdyn.diagnose.pushed import BIN, LOUD, Bin, Pushed
 from urdyn.diagnose.rows import rows
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.space import Space, space
 from urdyn.diagnose.warmth import unfelt
 from urdyn.model.arm import read_arm

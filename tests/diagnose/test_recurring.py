@@ -28,7 +28,7 @@ from urdyn.diagnose.recurring import (
     unjolted,
 )
 from urdyn.diagnose.rows import COULOMB, ROTOR, Rows
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.space import space
 from urdyn.identify import Fit
 from urdyn.tracking.joint_motion import STANDING

@@ -15,7 +15,7 @@ from urdyn.diagnose.lasting_line import CROWD, lasts, others
 from urdyn.diagnose.ledger import entered, finding_of
 from urdyn.diagnose.oscillation import Oscillation
 from urdyn.diagnose.ringing_line import SEEN, WINDOWS, Line
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.space import space
 from urdyn.diagnose.swings import (
     amplitude,

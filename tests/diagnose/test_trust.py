@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from test_recommendation import GROWING
 
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.trust import ALONE, in_company, trust
 from urdyn.errors import InputError
 

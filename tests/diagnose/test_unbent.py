@@ -15,7 +15,7 @@ from urdyn.diagnose.event import Event
 from urdyn.diagnose.fast import Fast
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.rows import ROTOR, Rows
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.slow import Slow
 from urdyn.diagnose.space import space
 from urdyn.diagnose.state import Now

@@ -12,7 +12,7 @@ from shop import Shop
 from urdyn.diagnose import carried, diagnose, loudness, steadiness, warmth
 from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.loads import likeliest
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.sensor import SensorHealth
 from urdyn.diagnose.signs import noisier
 from urdyn.diagnose.slow import Slow

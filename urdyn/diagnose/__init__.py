@@ -8,7 +8,8 @@ if TYPE_CHECKING:
     from urdyn.diagnose.diagnosis import Diagnosis
     from urdyn.diagnose.finding import Finding
     from urdyn.diagnose.offline import Report, diagnose
-    from urdyn.diagnose.rules import Rules, read_rules
+    from urdyn.diagnose.rules import Rules
+from urdyn.diagnose.rules_file import read_rules
 
 __all__ = ["Diagnosis", "Finding", "Report", "Rules", "diagnose", "read_rules"]
 
@@ -18,6 +19,7 @@ __getattr__ = lookup(
         "urdyn.diagnose.diagnosis": ("Diagnosis",),
         "urdyn.diagnose.finding": ("Finding",),
         "urdyn.diagnose.offline": ("Report", "diagnose"),
-        "urdyn.diagnose.rules": ("Rules", "read_rules"),
+        "urdyn.diagnose.rules": ("Rules",),
+        "urdyn.diagnose.rules_file": ("read_rules",),
     },
 )

@@ -27,7 +27,8 @@ from urdyn.diagnose.observability import MOVED
 from urdyn.diagnose.onsets import PAUSE
 from urdyn.diagnose.pace import BEAT, Pace
 from urdyn.diagnose.rows import Rows, joined, rows
-from urdyn.diagnose.rules import Rules, read_rules
+from urdyn.diagnose.rules import Rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.sensor import BELIEVED
 from urdyn.diagnose.slow import Slow
 from urdyn.diagnose.space import Space, space

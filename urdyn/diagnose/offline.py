@@ -12,7 +12,8 @@ from urdyn.diagnose.acknowledge import as_set
 from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.finding import Finding
-from urdyn.diagnose.rules import Rules, read_rules
+from urdyn.diagnose.rules import Rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.errors import InputError
 from urdyn.identify.fit import Fit
 from urdyn.io import sha256

@@ -20,7 +20,7 @@ from std_srvs.srv import Trigger
 
 import urdyn as ud
 from urdyn.diagnose.onlooker import Onlooker
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules_file import read_rules
 from urdyn.errors import UrdynError
 from urdyn.estimate import UKF
 from urdyn.io import sha256
