@@ -14,6 +14,7 @@ from scipy.stats import chi2
 
 from urdyn.signal import LocalPolynomial, half_window, kinematics, weights
 from urdyn.signal.kinematics import BATCH
+from urdyn.signal.polynomial import averaging
 from urdyn.types import Array
 
 STEP, HALF, DEGREE = 0.01, 4, 4
@@ -175,3 +176,18 @@ def test_noise_makes_little_of_an_acceleration_at_any_rate(
     fit = LocalPolynomial(half_window(1 / rate, degree, velocities), degree, 1 / rate)
     of_q, of_v = weights(fit, 0.0, velocities)
     assert np.hypot(5e-5 * norm(of_q[2]), 2e-3 * norm(of_v[2])) < 0.1
+
+
+@pytest.mark.parametrize("lead", [0.0, 0.006])
+def test_an_acceleration_is_told_as_the_average_that_its_weights_say(lead: float) -> None:
+    """Each row's lasts for a step about it, `lead` later; angles and velocities are exact."""
+    a = np.random.default_rng(3).normal(size=60)
+    since = np.arange(60)[:, None] - np.arange(60) + 0.5 - lead / STEP  # [rows] since it set in
+    lasted, gone = np.maximum(since, 0.0), np.maximum(since - 1.0, 0.0)
+    q, v = STEP**2 * (lasted**2 - gone**2) / 2.0 @ a, STEP * (lasted - gone) @ a
+    told = kinematics(STEP * np.arange(60), q[:, None], v[:, None], offset=lead, half=HALF).a[:, 0]
+    weigh = averaging(LocalPolynomial(HALF, DEGREE, STEP), lead)
+    inside = slice(2 * HALF, -2 * HALF)  # the first row's, and what lies beyond a window, aside
+    assert np.isclose(weigh.sum(), 1.0)
+    off = (np.correlate(a, weigh, "same") - told)[inside]
+    assert np.abs(off).max() < (1e-9 if lead == 0.0 else 0.1)

@@ -86,7 +86,8 @@ class Crossing:
         K = self.space.reference.drive.gain[j]
         x = -(line / K) * ((after[at] > 0.0) & (after[at] < self.lasting[gaps, j, None]))
         columns = np.column_stack([np.ones(at.sum()), after[at], left[at], x.T])
-        seen = white(columns, self._alike[:, j], rows.doubt[at, j])
+        noise = correlated(self._alike[:, j], len(columns)) + np.diag(rows.doubt[at, j] ** 2)
+        seen = white(columns, noise)
         q, told = np.linalg.qr(seen[:, :2])[0], seen[:, 2:]
         beside = (told - q @ (q.T @ told)).T
         r, x = np.clip(beside[0], -WILD, WILD), beside[1:]
@@ -112,17 +113,15 @@ class Crossing:
         return bool(bend[at[lag:-lag]].mean() > BENT * np.median(bend))
 
 
-def white(columns: Array, alike: Array, doubt: Array) -> Array:
-    """Rows (n, k) with their noise whitened: a sensor's filter correlates it.
+def correlated(alike: Array, rows: int) -> Array:
+    """Covariance (n, n) of noise by its autocovariance `alike`, (m,); constant beyond the last."""
+    row = np.arange(rows)
+    return np.asarray(alike[np.minimum(np.abs(np.subtract.outer(row, row)), len(alike) - 1)])
 
-    Args:
-        alike: covariance of noise 0, 1 .. rows apart, (m,) [A²]; constant beyond the last.
-        doubt: sd of each row's unknown part, (n,) [A].
-    """
-    rows = np.arange(len(doubt))
-    apart = np.minimum(np.abs(np.subtract.outer(rows, rows)), len(alike) - 1)
-    root = np.linalg.cholesky(alike[apart] + np.diag(doubt**2))
-    return np.asarray(np.linalg.solve(root, columns))
+
+def white(columns: Array, cov: Array) -> Array:
+    """Rows (n, k), of which each column's noise has the covariance `cov`, (n, n), whitened."""
+    return np.asarray(np.linalg.solve(np.linalg.cholesky(cov), columns))
 
 
 def _whole(load: Array, after: Array, line: Array) -> bool:

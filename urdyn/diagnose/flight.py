@@ -9,6 +9,10 @@ the loop returns it is unknown, except roughly how long it takes. Nor is the ins
 of the load by a share of its friction shifts its reversal by some hundredths of a second, so each
 gap is weighed at several instants. The strike shakes the angles, and with them the estimated load:
 shares of the load, its slope and its curvature are uncertain, and what they explain is no gap.
+
+Accelerations are told from some hundredths of a second. Where a program's jumps, the current would
+first lack, then exceed the load computed from them, like one whose link flies. So the current is
+averaged as they are before it is compared, and so is what a gap would take from it.
 """
 
 from __future__ import annotations
@@ -17,10 +21,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.ndimage import correlate1d
 
-from urdyn.diagnose.crossing import SHARES, WILD
+from urdyn.diagnose.crossing import SHARES, WILD, correlated, white
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
+from urdyn.signal import Causal
+from urdyn.signal.polynomial import averaging
 from urdyn.tracking.joint_motion import STANDING
 from urdyn.types import Array, Mask
 
@@ -38,6 +45,8 @@ REACH = LONG + LATE + STRIKE + MARGIN + DELAYS.max()  # [s] after a reversal
 KNOWN = (0.3, 0.01, 1e-3)  # sd of the share of the load [-], its slope [s], its curvature [s²]
 FREE = 1e3  # [A] and [A/s], sd of an unknown level and slope
 TOGETHER = 0.01  # [s] of rows that count as one: their means' noise is nearly white
+# [-] of the current's noise, counted besides: the average is not quite the acceleration's.
+UNLIKE = 0.3
 ENOUGH, TORN = 10, 3.0  # rows needed; periods that one step may take
 
 
@@ -72,6 +81,7 @@ class Flight:
         mass = self._mass(rows.q[row], j, tool)
         if not mass > 0.0:
             return nothing, nothing
+        left = left - rows.current[:, j] + self.averaged(rows.current[:, j])
         beside = self._beside(rows, load, left, j)
         at_zero = np.interp(DELAYS, after, load)
         each = [
@@ -87,12 +97,28 @@ class Flight:
         return max(1, round(TOGETHER / self.period))
 
     @cached_property
-    def _quiet(self) -> Array:
-        """sd of the noise of `_many` rows' mean, (J,) [A]: more where a sensor filters."""
-        rows = self.space.covariance(self._many - 1, self.period)
-        share = np.full(self._many, 2.0) - 2.0 * np.arange(self._many) / self._many
-        share[0] = 1.0
-        return np.asarray(np.sqrt(share @ rows / self._many))
+    def _average(self) -> Array:
+        """What each row weighs in an acceleration, (m,)."""
+        return averaging(Causal(self.period).fit, self.space.reference.drive.time_offset)
+
+    def averaged(self, x: Array) -> Array:
+        """x (..., N), averaged as accelerations are."""
+        return np.asarray(correlate1d(x, self._average, mode="nearest"))
+
+    @cached_property
+    def _alike(self) -> Array:
+        """Autocovariance of means of `_many` averaged rows, 0, 1 .. of them apart, (n, J) [A²]."""
+        mean = np.full(self._many, 1.0 / self._many)
+        apart = self._many * np.arange(round((REACH + LONG) / TOGETHER))
+        reach = apart[-1] + len(self._average) + 2 * self._many
+        noise = self.space.covariance(int(reach), self.period)
+
+        def told(weights: Array) -> Array:
+            pairs = np.correlate(weights, weights, "full")
+            lag = np.arange(len(pairs)) - len(pairs) // 2
+            return np.asarray(np.tensordot(pairs, noise[np.abs(lag + apart[:, None])], (0, 1)))
+
+        return told(np.convolve(self._average, mean)) + UNLIKE * told(mean)
 
     def _mass(self, q: Array, j: int, tool: Array) -> float:
         """Inertia of all that hangs on joint j, about its axis, M_jj [kg·m²]."""
@@ -152,11 +178,13 @@ class Flight:
             return 0.0, 0.0
         ways = len(lacking)
         free = FREE * np.stack([np.ones(len(after)), after])
-        said = beside.doubt, beside.left, lacking / beside.gain, free, beside.known.T
+        gone = self.averaged(lacking / beside.gain)
+        said = beside.doubt, beside.left, gone, free, beside.known.T
         doubt, *means = _means(np.vstack(said)[:, at].T, many).T
-        rows = means / np.hypot(self._quiet[beside.joint], doubt)
-        white = _whitened(rows[1 + ways :].T, rows[: 1 + ways])
-        llr, shown = _told(white[0], white[1:])
+        causes = np.transpose(means[1 + ways :])
+        noise = correlated(self._alike[:, beside.joint], len(doubt)) + np.diag(doubt**2)
+        rows = white(np.transpose(means[: 1 + ways]), noise + causes @ causes.T).T
+        llr, shown = _told(rows[0], rows[1:])
         return float(_mean(llr)), float(shown.mean())
 
 
@@ -195,12 +223,6 @@ def _means(rows: Array, many: int) -> Array:
     """Means of `many` rows each, (N // many, ...): noise that rows share is not counted in each."""
     whole = len(rows) // many
     return np.asarray(rows[: whole * many].reshape(whole, many, -1).mean(axis=1))
-
-
-def _whitened(N: Array, y: Array) -> Array:
-    """Rows whitened, whose covariance is I + N N': white noise and causes with columns N, sd 1."""
-    U, d, _ = np.linalg.svd(N, full_matrices=False)
-    return np.asarray(y - (y @ U * (1.0 - 1.0 / np.hypot(1.0, d))) @ U.T)
 
 
 def _power(r: Array) -> Array:

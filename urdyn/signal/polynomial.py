@@ -162,6 +162,22 @@ def weights(fit: LocalPolynomial, at: float, velocities: bool = True) -> tuple[A
     return frozen(of_q[:, 0]), frozen(of_v[:, 0])
 
 
+@lru_cache(maxsize=64)
+def averaging(fit: LocalPolynomial, at: float = 0.0) -> Array:
+    """What the true acceleration in each row of a uniform window weighs in the estimate, (m,).
+
+    The window has velocities. `at` [s]: from its centre to where the estimate is, as in `weights`;
+    rows are counted from there. The sum is 1, for a constant acceleration is told as it is.
+    """
+    of_q, of_v = weights(fit, at)
+    row = np.arange(fit.samples, dtype=np.float64)
+    since = row[:, None] - row - at / fit.step + 0.5  # [rows] from where an acceleration sets in
+    lasted, gone = np.maximum(since, 0.0), np.maximum(since - 1.0, 0.0)
+    angle, rate = 0.5 * fit.step**2 * (lasted**2 - gone**2), fit.step * (lasted - gone)
+    each = of_q[2] @ angle + of_v[2] @ rate
+    return frozen(each / each.sum())
+
+
 def joint_by_joint(t: Array, q: Array, v: Array, at: Array) -> tuple[Array, Array, Array, Array]:
     """n windows of J joints as n J windows of one joint, each with NaN in rows of its own."""
     n, m, J = q.shape
