@@ -23,7 +23,7 @@ from urdyn.identify.noise import (
     white_noise,
     whiten,
 )
-from urdyn.identify.slow import MEMORY, forgotten, periodogram
+from urdyn.identify.slow import MEMORY, forgotten, periodogram, share_of
 from urdyn.types import Array
 
 AR = np.array([0.6, -0.3])
@@ -88,6 +88,23 @@ def test_noise_of_rows_further_apart_is_that_of_every_third_row() -> None:
     spread = FOUR_SIGMA / np.sqrt(len(w))
     assert abs(np.mean(w**2) / apart.power[0] - 1.0) < np.sqrt(2.0) * spread
     assert abs(np.corrcoef(w[1:], w[:-1])[0, 1]) < spread
+
+
+def test_regressions_of_every_order_solve_the_equations_of_yule_and_walker() -> None:
+    acf = covariance(MAX_ORDER + 1)[0] + 0.3 * 0.8 ** np.arange(MAX_ORDER + 1)
+    for order, (ar, left) in enumerate(_autoregressions(acf)):
+        dense = np.linalg.solve(toeplitz(acf[:order]), acf[1 : order + 1]) if order else ar
+        np.testing.assert_allclose(ar, dense, rtol=0, atol=1e-12)
+        assert left == pytest.approx(acf[0] - dense @ acf[1 : order + 1])
+    assert order == MAX_ORDER
+
+
+def test_beside_slow_noise_a_regression_may_be_longer_than_without() -> None:
+    """One that ends where it would be unstable ends elsewhere where less noise is left."""
+    w = np.linspace(0.01, np.pi, 200)
+    longer = {True: [(np.zeros(1), 1.0)], False: [(np.zeros(0), 1.0)]}
+    found = share_of(w, np.ones(200), lambda share: longer[share > 0.1], forgotten(STEP))
+    assert 0.0 < found < 0.1
 
 
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.64])

@@ -292,18 +292,19 @@ def _products(power: Array, n: int, lags: int) -> Array:
 
 
 def _autoregressions(acf: Array) -> list[tuple[Array, float]]:
-    """Yule-Walker coefficients of every order, and the variance of w with each.
+    """Yule-Walker coefficients of every order, and the variance of w with each [Brockwell1991]_.
 
     Orders end where the process would be unstable.
     """
-    from scipy.linalg import solve_toeplitz  # heavy, and needed only where noise is learnt
-
-    found, least = [(np.zeros(0), float(acf[0]))], TINY * float(acf[0])
+    ar, left = np.zeros(0), float(acf[0])
+    found, least = [(ar, left)], TINY * left
     for order in range(1, len(acf)):
-        ar = solve_toeplitz(acf[:order], acf[1 : order + 1])
-        if abs(ar[-1]) >= 1.0:  # a partial autocorrelation
+        partial = float(acf[order] - acf[1:order] @ ar[::-1]) / left  # autocorrelation
+        if abs(partial) >= 1.0:
             break
-        found.append((ar, max(float(acf[0] - ar @ acf[1 : order + 1]), least)))
+        ar = np.append(ar - partial * ar[::-1], partial)
+        left *= 1.0 - partial**2
+        found.append((ar, max(left, least)))
     return found
 
 

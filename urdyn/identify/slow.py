@@ -13,6 +13,7 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from urdyn.types import Array, frozen
 
@@ -25,6 +26,7 @@ USUAL, UNUSUAL = 0.12, 1.0
 BINS = 120  # of frequencies, equal in their logarithm
 SETTLED = 1e-9  # relative change of the variance from sample to sample
 
+Complex = NDArray[np.complex128]
 # Share of the variance that is slow -> regressions of the rest, with their innovation variances.
 Quick = Callable[[float], list[tuple[Array, float]]]
 
@@ -82,9 +84,22 @@ def density(w: Array, ar: Array, left: float, slow: float, keep: float) -> Array
         left: innovation variance of its fast part.
         slow: variance of its slow part.
     """
-    turn = np.exp(-1j * np.outer(w, np.arange(1, len(ar) + 1)))
-    passing = (1.0 - keep**2) / np.abs(1.0 - keep * np.exp(-1j * w)) ** 2
-    return np.asarray(left / np.abs(1.0 - turn @ ar) ** 2 + slow * passing)
+    return _density(_turns(w, len(ar)) @ ar, left, slow * _passing(w, keep))
+
+
+def _density(led: Complex, left: float, slow: Array) -> Array:
+    """The same, (K,), of what earlier rows lead to [-], and of the slow part's spectrum [A²]."""
+    return np.asarray(left / np.abs(1.0 - led) ** 2 + slow)
+
+
+def _turns(w: Array, order: int) -> Complex:
+    """Phases of the last `order` rows at each frequency, (K, order)."""
+    return np.asarray(np.exp(-1j * np.outer(w, np.arange(1, order + 1))))
+
+
+def _passing(w: Array, keep: float) -> Array:
+    """Spectrum of slow noise of unit variance, (K,)."""
+    return np.asarray((1.0 - keep**2) / np.abs(1.0 - keep * np.exp(-1j * w)) ** 2)
 
 
 def share_of(w: Array, seen: Array, quick: Quick, keep: float) -> float:
@@ -103,12 +118,16 @@ def share_of(w: Array, seen: Array, quick: Quick, keep: float) -> float:
     w, seen, count = _averaged(w, seen)
     power = float(seen @ count / count.sum())
     price = 0.5 * float(np.log(2.0 * count.sum()))  # per coefficient
+    regressions = [quick(share) for share in SHARES]
+    order = max(len(ar) for each in regressions for ar, _ in each)
+    turns, passing = _turns(w, order), _passing(w, keep)
 
     def misfit(share: float, ar: Array, left: float) -> float:
-        foreseen = density(w, ar, left, share * power, keep)
+        foreseen = _density(turns[:, : len(ar)] @ ar, left, share * power * passing)
         return float(count @ (np.log(foreseen) + seen / foreseen)) + price * len(ar)
 
-    misfits = [np.array([misfit(share, *one) for one in quick(share)]) for share in SHARES]
+    pairs = zip(SHARES, regressions, strict=True)
+    misfits = [np.array([misfit(share, *one) for one in each]) for share, each in pairs]
     least = min(float(each.min()) for each in misfits)
     weights = _before() * np.array([np.exp(least - each).sum() for each in misfits])
     return float(weights @ np.array(SHARES) / weights.sum())
