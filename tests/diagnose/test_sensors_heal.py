@@ -257,6 +257,14 @@ def test_noise_of_any_tails_and_colour_is_as_rough_as_it_is_usually(
     assert signs.rough(usual, noise) == pytest.approx(usual, rel=0.1)
 
 
+def test_noise_is_of_what_is_known_of_each_joint_however_little_that_is() -> None:
+    """The law that it keeps: a median that leaves out what is unknown, of even counts and odd."""
+    bent = np.abs(np.random.default_rng(5).standard_normal((47, 6)))
+    for j in range(1, 6):
+        bent[j::7, j] = bent[: 4 * j, j] = np.nan
+    np.testing.assert_array_equal(signs._median(bent), np.nanmedian(bent, axis=0))
+
+
 @pytest.mark.parametrize(("asked", "speed", "none"), [(5.0, 0.5, 2), (1.0, 0.5, 0), (5.0, 0.0, 0)])
 def test_two_zeros_in_a_row_of_a_joint_that_slides_are_none(
     shop: Shop, asked: float, speed: float, none: int

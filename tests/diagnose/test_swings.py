@@ -9,7 +9,7 @@ import pytest
 from realarm import with_current
 from shop import Shop
 
-from urdyn.diagnose import diagnose
+from urdyn.diagnose import diagnose, ringing_line
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.lasting_line import CROWD, lasts, others
 from urdyn.diagnose.ledger import entered, finding_of
@@ -24,6 +24,7 @@ from urdyn.diagnose.swings import (
     floor,
     going_on,
     growth,
+    lines,
     neighbourhood,
     refined,
     spectrum,
@@ -57,6 +58,20 @@ def test_a_swing_has_its_frequency_at_the_steps_of_its_recorder(
     [line] = ear.search.look(usual, 0.9, t, rings)[1]
     assert line.joint == 3 and np.allclose(line.sizes, 1.0, atol=0.1)
     assert np.isclose(line.frequency, frequency, atol=0.1)
+
+
+def test_a_window_in_which_nothing_is_loud_is_not_looked_at_in_halves(
+    shop: Shop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nearly all are: what takes time is asked of the others."""
+    ear = Oscillation(space(shop.fit), 0.01, read_rules().fast.controller_instability)
+    halves: list[object] = []
+    monkeypatch.setattr(ringing_line, "lines", lambda *of: halves.append(of) or lines(*of))
+    sound = 0.05 * np.random.default_rng(26).standard_normal((3, 90, 6))
+    usual, _ = ear.search.look(ear.init().usual[0], 0.9, T, sound)
+    assert not halves
+    sound[:2, :, 3] += np.sin(2.0 * np.pi * 13.0 * T)
+    assert len(ear.search.look(usual, 0.9, T, sound)[1]) == 1 and len(halves) == 2
 
 
 @pytest.mark.parametrize(

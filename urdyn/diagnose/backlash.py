@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.special import logsumexp
 
 from urdyn.diagnose.crossing import BEFORE, GAPS, LONGEST, Crossing
 from urdyn.diagnose.event import Event
@@ -216,7 +215,7 @@ class Backlash:
 
     def _evidence(self, state: Reversals) -> Array:
         """Evidence that each joint has a gap, (J,) [nats]."""
-        sums = logsumexp(state.R, axis=1)
+        sums = np.logaddexp.reduce(state.R, axis=1)
         return np.asarray(sums - np.log(self.space.joints * len(HALF)))
 
     def _judged(self, state: Reversals, j: int, now: float) -> tuple[Reversals, Event | None]:
@@ -233,7 +232,7 @@ class Backlash:
 
     def _event(self, state: Reversals, j: int, best: int, evidence: float, now: float) -> Event:
         """The gap of joint j; `best` is the likeliest."""
-        share = np.exp(state.R[j] - logsumexp(state.R[j]))
+        share = np.exp(state.R[j] - np.logaddexp.reduce(state.R[j]))
         gap = float(np.exp(share @ np.log(HALF)))
         said = {
             "half_gap_rad": gap,

@@ -6,7 +6,7 @@ no push but another payload or a fault, and left to the tests of those.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -29,7 +29,7 @@ from urdyn.diagnose.quiet import NOTHING, Quiet
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.signal.channels import mean_measured
-from urdyn.types import Array, Mask
+from urdyn.types import Array, Mask, changed
 
 CALM = 3  # quiet bins after which it is over
 CLEAR = 8.0  # [-] of squares by which each of them shows it: 12 nats together, as for any load
@@ -109,7 +109,7 @@ class Collision:
         noise = np.where(ill, np.inf, np.sqrt(usual))
         since = state.bins[-1].t if state.going else np.inf
         state = state.doubted(since, late=late).disproved()
-        state = replace(state, asked=aimed, unheard=ill)
+        state = changed(state, asked=aimed, unheard=ill)
         slack = state.slack + grip * creep.grown(drive)
         felt, bare = np.nan_to_num([rho - borne - state.base, rho - state.bare])
         seen = Bin(
@@ -126,7 +126,7 @@ class Collision:
         )
         size = sizes((seen,))[0]
         if not state.going and size < LOUD:
-            state = replace(state, still=seen.t + BIN) if size < NOTHING else state
+            state = changed(state, still=seen.t + BIN) if size < NOTHING else state
             return state.learnt(seen, usual + doubt**2, aimed), None
         return self._judge(state, seen, carried, ill)
 
@@ -162,7 +162,7 @@ class Collision:
         base = np.where(unknown, rho - borne, state.base + moved)
         was = np.array([np.minimum(-moved, 0.0), np.maximum(-moved, 0.0)])
         slack = np.where(loose, np.array([-most, most]), np.where(ready, was, state.slack))
-        return replace(
+        return changed(
             state,
             base=base,
             bare=np.where(ready | unknown, base + borne, state.bare),
@@ -196,20 +196,20 @@ class Collision:
         calm = _calm(state.bins, seen, carried) if state.going else None
         seen = calm or seen
         if not state.going:
-            state = replace(state, loads=carried)
-        state = replace(state, calm=state.calm + 1 if calm else 0, bins=(*state.bins, seen))
+            state = changed(state, loads=carried)
+        state = changed(state, calm=state.calm + 1 if calm else 0, bins=(*state.bins, seen))
         if state.calm >= CALM:
             event = None
             if state.seen > CALM:
                 event = self.pushed.event(state.bins, state.calm, state.loads, ill)
                 event = event and _begun(event, state.still)
             if not np.array_equal(seen.carried, state.carried):
-                state = replace(state, carried=seen.carried, changed=seen.t)
+                state = changed(state, carried=seen.carried, changed=seen.t)
             bare = state.base + seen.tool @ seen.carried
-            return replace(state, bare=bare).over(seen.t + BIN), event
+            return changed(state, bare=bare).over(seen.t + BIN), event
         if seen.t - state.bins[0].t > self.rule.longest:
             base, bare = state.base + seen.felt, state.bare + seen.bare
-            return replace(state, base=base, bare=bare).over(seen.t + BIN), None
+            return changed(state, base=base, bare=bare).over(seen.t + BIN), None
         return state, None
 
 
@@ -221,7 +221,7 @@ def _calm(then: tuple[Bin, ...], seen: Bin, carried: Array) -> Bin | None:
     others = carried if laden_sizes((seen,))[0] >= QUIET else ()
     for load in (seen.carried, *others):
         felt = seen.felt - seen.tool @ (load - seen.carried)
-        now = replace(seen, felt=felt, carried=load)
+        now = changed(seen, felt=felt, carried=load)
         if sizes((now,))[0] < QUIET and _gone(then, now):
             return now
     return None
@@ -246,4 +246,4 @@ def _begun(event: Event, still: float) -> Event:
         still: end of that time [s].
     """
     half = 0.5 * min(max(event.onset - still, 0.0), SLOWLY)
-    return replace(event, onset=event.onset - half, within=event.within + half)
+    return changed(event, onset=event.onset - half, within=event.within + half)

@@ -6,7 +6,7 @@ joint's friction may change: soon where it moves, slowly where it stands.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from urdyn.diagnose.carried import unlike
 from urdyn.diagnose.creep import Creep
 from urdyn.diagnose.pushed import BIN, LOUD, Bin, sizes
-from urdyn.types import Array, Mask
+from urdyn.types import Array, Mask, changed
 
 FORGET = 0.08  # [-] of a moving joint's baseline, per bin
 RELAX = 0.015  # [-] of a standing one's: its friction changes slowly, but so may a hand's push
@@ -62,7 +62,7 @@ class Quiet:
     def over(self, end: float) -> Quiet:
         """The loud time ends, at `end` [s]."""
         past = np.append(self.past, [[self.bins[0].t, end]], axis=0)[-KEPT:]
-        return replace(self, calm=0, bins=(), past=past)
+        return changed(self, calm=0, bins=(), past=past)
 
     def load_at(self, t: float, carried: Array) -> Array:
         """The likeliest possible load, (10,), or for a while the one that a bin showed."""
@@ -81,7 +81,7 @@ class Quiet:
         """
         more = tool @ (load - self.carried)
         missed = self.unheard & (more != 0.0)
-        return replace(self, base=np.where(missed, np.nan, self.base - more), carried=load)
+        return changed(self, base=np.where(missed, np.nan, self.base - more), carried=load)
 
     def learnt(self, seen: Bin, usual: Array, aimed: Array) -> Quiet:
         """The baseline after a quiet bin.
@@ -104,8 +104,8 @@ class Quiet:
         at = self.aimed + np.where(fresh, 0.0, rate * (aimed - self.aimed))
         kept = np.where(fresh, 1.0, 1.0 - rate)
         slack, creep = kept * self.slack, self.creep.learnt(kept)
-        known = replace(self, base=base, bare=bare, aimed=at, slack=slack, creep=creep)
-        return replace(known, spread=spread, seen=self.seen + 1)
+        known = changed(self, base=base, bare=bare, aimed=at, slack=slack, creep=creep)
+        return changed(known, spread=spread, seen=self.seen + 1)
 
     def disproved(self) -> Quiet:
         """Drop first bins that are no longer loud: while they last no other push is detected."""
@@ -117,7 +117,7 @@ class Quiet:
             b.t + BIN for b, of in zip(self.bins[:first], size, strict=False) if of < NOTHING
         )
         bins, still = self.bins[first:], max(self.still, *nothing, -np.inf)
-        return replace(self, calm=self.calm if bins else 0, bins=bins, still=still)
+        return changed(self, calm=self.calm if bins else 0, bins=bins, still=still)
 
     def doubted(self, since: float, late: Array | float = 0.0, slack: Array | float = 0.0) -> Quiet:
         """Residuals since then [s] may be explained by what is known only now: no push.
@@ -129,6 +129,6 @@ class Quiet:
 
         def more(b: Bin) -> Bin:
             wide = np.array([np.minimum(b.slack[0], -slack), np.maximum(b.slack[1], slack)])
-            return replace(b, doubt=np.maximum(b.doubt, late), slack=wide)
+            return changed(b, doubt=np.maximum(b.doubt, late), slack=wide)
 
-        return replace(self, bins=tuple(b if b.t < since else more(b) for b in self.bins))
+        return changed(self, bins=tuple(b if b.t < since else more(b) for b in self.bins))

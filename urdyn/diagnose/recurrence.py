@@ -12,7 +12,6 @@ this bound is used, with each window where it is most like the later ones.
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import logsumexp
 
 from urdyn.types import Array
 
@@ -67,5 +66,5 @@ def ratios(y: Array, Psi: Array, dof: float, sound: float) -> Array:
         shrunk = 0.5 * p * np.log(k / (k + n[:, 0, 0]))
         return np.asarray(shrunk - 0.5 * (dof + n[:, 0, 0]) * np.linalg.slogdet(inner)[1])
 
-    recurs = logsumexp([marginal(k) for k in RECURS], axis=0) - np.log(len(RECURS))
+    recurs = np.logaddexp.reduce([marginal(k) for k in RECURS]) - np.log(len(RECURS))
     return np.asarray((recurs - marginal(sound))[FEWEST - 1 :])

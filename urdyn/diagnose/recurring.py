@@ -50,6 +50,8 @@ BRISK = 4  # bins at most in which a reversing joint is slow
 NOTHING = 1e-9  # [-] of friction's effects, relative to the largest
 FADES = (0.02, 0.1)  # [rad/s] speeds at which friction may fade otherwise
 PATTERN = KEPT.stop - KEPT.start  # p, its bins
+MIDDLES = BIN * (np.arange(BINS) + 0.5 - BEFORE)  # [s] of its bins
+LEVELS = np.linalg.qr(np.column_stack([np.ones(BINS), MIDDLES]))[0]  # its level and slope
 WAYS = ("load", "velocity", "current", "torque")  # quantities that reverse
 MODELLED = ("load", "torque")  # those whose reversal time only a model gives
 
@@ -312,10 +314,8 @@ def _apart(left: Array, *friction: Array, least: float = 0.0) -> Array:
     Args:
         least: weaker effects of friction are ignored [A].
     """
-    middle = BIN * (np.arange(BINS) + 0.5 - BEFORE)
-    Q = np.linalg.qr(np.column_stack([np.ones(BINS), middle]))[0]
     known = np.column_stack([left, *friction])
-    left, *friction = (known - Q @ (Q.T @ known)).T
+    left, *friction = (known - LEVELS @ (LEVELS.T @ known)).T
     if friction:
         U, d, _ = np.linalg.svd(np.column_stack(friction), full_matrices=False)
         U = U[:, d > max(least, NOTHING * d[0])]

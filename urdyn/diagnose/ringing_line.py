@@ -111,19 +111,16 @@ class LineSearch:
             apart: of torques to their neighbours, (F, J).
         """
         allowed = self._allowed(f, signals[SPEED])
-        apart = np.where(allowed, apart, 0.0)
+        ratio, apart = np.where(allowed, ratio, 0.0), np.where(allowed, apart, 0.0)
+        loud = (ratio >= self.rule.threshold).any(axis=(0, 1))
+        joints = np.flatnonzero(loud & np.isfinite(signals).all(axis=(0, 1))).tolist()
+        if not joints:  # as nearly always
+            return []
         halves = [lines(signals[:, part], len(f) // 2 + 1) for part in parts(len(t), 2)]
         seen = []
-        for j in np.flatnonzero(np.isfinite(signals).all(axis=(0, 1))).tolist():
-            line = self._line(
-                j,
-                t,
-                signals,
-                f=f,
-                ratio=ratio[..., j],
-                allowed=allowed[:, j],
-                halves=[half[..., j] for half in halves],
-            )
+        for j in joints:
+            own = [half[..., j] for half in halves]
+            line = self._line(j, t, signals, f=f, ratio=ratio[..., j], halves=own)
             if line and others(apart[:, j], line.frequency / f[1]) < CROWD[0]:
                 seen.append(line)
         return seen
@@ -135,20 +132,18 @@ class LineSearch:
         signals: Array,
         f: Array,
         ratio: Array,
-        allowed: Mask,
         halves: Sequence[Array],
     ) -> Line | None:
         """The line of joint j that lasts; None where none does.
 
         Args:
-            ratio: of its signals' spectra to the usual, (3, F).
+            ratio: of its signals' spectra to the usual, (3, F); 0 where no line may be.
             halves: how far lines stand out in each half, (3, F') both.
         """
         least = (self.rule.least, self.rule.least, self.rule.swing)
         x = signals[..., j]
         for k in range(len(x)):
-            masked = np.where(allowed, ratio[k], 0.0)
-            for at in peaks(masked, self.rule.threshold):
+            for at in peaks(ratio[k], self.rule.threshold):
                 near = slice(max(at // 2 - 1, 0), at // 2 + 3)
                 if any(half[k, near].max() < HALVES for half in halves):
                     continue
@@ -162,7 +157,7 @@ class LineSearch:
                     continue
                 if beside(x[k], t, frequency, signals[SPEED], j) > APART * whole:
                     torque = course(x[TORQUE], t, frequency) if k == SPEED else sizes
-                    return Line(j, frequency, float(masked[at]), torque)
+                    return Line(j, frequency, float(ratio[k, at]), torque)
         return None
 
     def scatter(self, joint: int, size: float, rows: int) -> float:

@@ -71,8 +71,15 @@ def rough(before: Array, residual: Array) -> Array:
         bent = np.abs(residual[2 * apart :] - 2.0 * residual[apart:-apart] + residual[: -2 * apart])
         known = np.isfinite(bent).sum(axis=0) >= ENOUGH // 2
         if known.any():
-            least[known] = np.fmin(least[known], np.nanmedian(bent[:, known], axis=0))
+            least[known] = np.fmin(least[known], _median(bent[:, known]))
     return np.where(np.isnan(least), before, MAD_TO_SD * least / SECOND)
+
+
+def _median(rows: Array) -> Array:
+    """Median of the known values of each joint, (J,), of (N, J): `nanmedian`, but quickly."""
+    ordered, known = np.sort(rows, axis=0), np.count_nonzero(~np.isnan(rows), axis=0)  # NaN last
+    middle = np.stack([known - 1, known]) // 2
+    return np.asarray(np.take_along_axis(ordered, middle, axis=0).mean(axis=0))
 
 
 def usually(covariance: Array, dof: Array) -> Array:
