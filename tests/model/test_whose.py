@@ -30,6 +30,12 @@ UPRIGHT = np.array([0.0, -np.pi / 2, 0.0, -np.pi / 2, 0.0, 0.0])
 shipped = cache(load_arm)
 
 
+@pytest.fixture(autouse=True)
+def _read_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The library's arms, which are asked for a thousand times here."""
+    monkeypatch.setattr("urdyn.model.whose.load_arm", shipped)
+
+
 def waves(seed: int, most: float) -> Array:
     """Angles (ROWS, 6) around WORK, by some waves of up to `most` [rad] each."""
     rng, t = np.random.default_rng(seed), np.linspace(0.0, 12.0, ROWS)[:, None]
