@@ -60,7 +60,7 @@ def test_a_finished_run_is_not_lost_to_another_log_unasked(story, twin, tmp_path
 
     history, findings = tmp_path / "history.parquet", tmp_path / "findings.json"
     with without_pages():
-        assert ends(story.log) == ends(story.log) == (0, False)
+        assert ends(story.log, "--no-diagnosis") == ends(story.log) == (0, False)
         before = history.read_bytes(), findings.read_bytes()
         assert ends(story.held_out) == (1, True)
         assert (history.read_bytes(), findings.read_bytes()) == before
@@ -125,7 +125,7 @@ def test_who_tracks_holds_no_reader_of_tables_and_no_optimiser(story, twin, tmp_
     ],
 )
 def test_a_source_that_cannot_be_tracked_is_told_in_one_line(twin, options, tmp_path):
-    told = tracked(twin, *options, "--out", tmp_path)
+    told = tracked(twin, *options, "--out", tmp_path, "--no-diagnosis")
     assert told.exit_code == 1
     assert told.stderr.startswith("urdyn: ") and told.stderr.count("\n") == 1
 
