@@ -108,6 +108,24 @@ def test_gross_errors_do_not_move_it(ur10e: Arm, positions: bool) -> None:
     assert np.abs(z).max() < 4.0
 
 
+@pytest.mark.parametrize(("count", "wrong"), [(16, 1), (30, 6)])
+def test_poses_wrong_by_less_than_the_drawing_leave_no_trace(
+    ur10e: Arm, count: int, wrong: int
+) -> None:
+    rng = np.random.default_rng(2)
+    one = session(ur10e, rng, count, noise=5e-5, positions=True)
+    place = one.poses.place.copy()
+    place[:wrong] += 5e-3 * rng.standard_normal((wrong, 3))
+    value, cov, weight = solved(ur10e, replace(one, poses=replace(one.poses, place=place)))
+    assert weight[:wrong].max() < 0.01
+    without = replace(one, poses=one.poses.take(np.arange(wrong, count)))
+    expected, same, _ = solved(ur10e, without)
+    sd = np.sqrt(np.diag(same))
+    # Either fit ends with a step of at most a hundredth of a standard deviation.
+    np.testing.assert_allclose((value - expected) / sd, 0.0, atol=0.02)
+    np.testing.assert_allclose(np.sqrt(np.diag(cov)), sd, rtol=0.02)
+
+
 def test_clean_poses_weigh_one_and_wrong_ones_nothing() -> None:
     e = np.zeros((4, 6))
     e[1, 0], e[2, 4], e[3] = 2e-5, 5.0, np.nan

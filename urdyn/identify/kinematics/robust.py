@@ -78,7 +78,10 @@ def solve(start: Placement, poses: Poses, sought: Sought, rng: np.random.Generat
     few = poses
     if len(poses) > FEW:
         few = poses.take(np.sort(rng.permutation(len(poses))[:FEW]))
+    # Noise that is learnt while residuals are still the drawing's errors takes wrong poses for
+    # noise, and these would keep it wide. The median is not moved by them: it comes first.
     placement, noise = _steps(start, few, sought, STEPS, None)
+    placement, noise = _steps(placement, few, sought, STEPS, noise)
     if few is not poses:
         placement, noise = _steps(placement, poses, sought, LAST, noise)
     return settled(placement, poses, sought, noise)
@@ -103,20 +106,24 @@ def settled(placement: Placement, poses: Poses, sought: Sought, noise: Array) ->
 def _steps(
     placement: Placement, poses: Poses, sought: Sought, count: int, noise: Array | None
 ) -> tuple[Placement, Array]:
-    """Gauss-Newton steps; weights and noise follow the residuals."""
+    """Gauss-Newton steps, and the noise of the last; weights and noise follow the residuals.
+
+    Args:
+        noise: to begin with, (2,); None: at every step that of the median alone.
+    """
+    assert count > 0, "at least one step"
     for _ in range(count):
         e = residuals(placement, poses.q, poses.place, poses.turn)
         # Half of the poses count in any case: a step that overshoots must not reject them all.
-        noise = robust_noise(e) if noise is None else np.maximum(noise, robust_noise(e))
-        near = moments(placement, poses.q, poses.place, poses.turn, weights(e, noise))
-        step = _solved(near, placement, sought, noise)
-        placement, noise = placement.moved(step.mean), step.noise
+        wide = robust_noise(e) if noise is None else np.maximum(noise, robust_noise(e))
+        near = moments(placement, poses.q, poses.place, poses.turn, weights(e, wide))
+        step = _solved(near, placement, sought, wide)
+        placement, noise = placement.moved(step.mean), None if noise is None else step.noise
         if not np.isfinite(step.mean).all():
             raise IdentifiabilityError("the fit diverged; are these joints those of this arm?")
         if (np.abs(step.mean) <= STILL * np.sqrt(np.diag(step.cov))).all():
             break
-    assert noise is not None, "at least one step"
-    return placement, noise
+    return placement, step.noise
 
 
 def _solved(near: Moments, placement: Placement, sought: Sought, noise: Array) -> Posterior:
