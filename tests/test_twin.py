@@ -16,7 +16,7 @@ from urdyn.identify import Fit
 from urdyn.io import dump_toml
 from urdyn.model.arm import Arm, read_arm
 from urdyn.simulate import fourier
-from urdyn.twin import ABOVE_ZERO, NOT_BELOW, Twin, document
+from urdyn.twin import ABOVE_ZERO, NOT_BELOW, Twin, document, fit_of
 from urdyn.types import Source
 
 MUTATIONS, PER_TEST = 200, 20
@@ -253,6 +253,34 @@ def test_what_an_edited_twin_says_wrong_is_named(
     assert told.startswith(f"{tmp_path / 'twin.toml'}: ") and told.endswith(
         "identify the arm again"
     )
+
+
+@pytest.mark.parametrize(
+    "name", ["elbow_joint.coulomb", "wrist_1_joint.viscous", "elbow_joint.offset", "time_offset"]
+)
+def test_a_twin_that_contradicts_itself_says_in_which_number(name: str, text: str) -> None:
+    """What is predicted would follow one number, and a tracker begin with the other."""
+    tables = tomllib.loads(text)
+    row = next(row for row in tables["parameter"] if row["name"] == name)
+    row["value"] += row["sd"]
+    said = f"twin.toml: {name} is {row['value']:.6g}, and by the mean of its belief "
+    with pytest.raises(TwinError, match=re.escape(said)):
+        fit_of(tables, "twin.toml")
+
+
+def test_a_twin_has_one_time_offset(text: str) -> None:
+    tables = tomllib.loads(text)
+    tables["model"]["time_offset"] += 0.01
+    with pytest.raises(TwinError, match=r"time_offset is .*, and by the mean of its belief"):
+        fit_of(tables, "twin.toml")
+
+
+def test_a_twin_may_be_edited_where_its_belief_follows(text: str) -> None:
+    tables = tomllib.loads(text)
+    row = next(row for row in tables["parameter"] if row["name"] == "elbow_joint.coulomb")
+    at = tables["belief"]["names"].index("elbow_joint.coulomb")
+    row["value"], tables["belief"]["mean"][at] = 7.34, 1.993
+    assert fit_of(tables, "twin.toml").value("elbow_joint.coulomb") == 7.34
 
 
 def test_a_truncated_twin_is_told(brief: str, tmp_path: Path) -> None:

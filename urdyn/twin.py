@@ -21,7 +21,7 @@ from urdyn.model.consistency import is_consistent
 from urdyn.model.drive import LINEAR, SHAPE, UNITS, Drive
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.library import names
-from urdyn.model.population import OPTIONAL
+from urdyn.model.population import OPTIONAL, population
 from urdyn.types import Array, Gaussian, Parameters, Source
 from urdyn.version import __version__
 
@@ -31,6 +31,7 @@ HUGE = 1e100  # beyond this, products of a few numbers overflow
 PUBLISHED = 0.01  # [-] by which a published mass may be revised; other arms' masses differ by more
 GROWTH = 1.01  # [-] per row, of noise; with slow noise, earlier versions wrote it just above 1
 SKEW = 1.0  # [s] recorders skew their streams by far less
+ROUNDED = 0.1  # [sd of its belief] by which a number may be off that was rounded by hand
 # Unit of a parameter, by the last word of its name.
 UNIT_OF = dict(zip(BODY, BODY_UNITS, strict=True)) | UNITS | {"time_offset": "s"}
 # Fields of a drive that are above 0, and fields that are 0 or more.
@@ -166,6 +167,7 @@ def _faults(fit: Fit) -> Iterator[str]:
         yield f"its time_offset or friction_lead is beyond {SKEW:g} s"
     yield from _beneath(fit)
     yield from _unlike(fit)
+    yield from _contradictory(fit)
     solid = [body for body in borne if body.any()]
     if not is_consistent(np.array([*fit.dynamics.inertials, *solid])).all():
         yield "no solid body has these masses"
@@ -189,6 +191,23 @@ def _unlike(fit: Fit) -> Iterator[str]:
         given_covariance(fit.belief.cov, "belief.covariance")
     except InputError as error:
         yield str(error)
+
+
+def _contradictory(fit: Fit) -> Iterator[str]:
+    """Numbers of drives that are not what the belief says: tracking begins with the belief."""
+    coordinates, drive = population(fit.dynamics.arm).drive, fit.dynamics.drive
+    means = zip(fit.belief.mean, np.sqrt(np.diag(fit.belief.cov)), strict=True)
+    belief = dict(zip(fit.names, means, strict=True))
+    told = dict(zip(fit.parameters.names, fit.parameters.values, strict=True))
+    for name, value in (*told.items(), ("time_offset", drive.time_offset)):
+        field = name.rpartition(".")[2]
+        if name not in belief or field == "presliding_tail":  # cut to what is possible
+            continue
+        mean, sd = belief[name]
+        logarithm = field in coordinates and coordinates[field].positive
+        if not np.isclose(np.log(value) if logarithm else value, mean, atol=ROUNDED * sd):
+            due = f"exp({mean:.6g})" if logarithm else f"{mean:.6g}"
+            yield f"{name} is {value:.6g}, and by the mean of its belief {due}"
 
 
 def _renamed(fit: Fit) -> Iterator[str]:
