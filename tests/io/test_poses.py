@@ -87,6 +87,17 @@ def test_joints_have_several_names(tmp_path: Path, joints: list[str]) -> None:
     assert np.isnan(poses.turn).all()
 
 
+@pytest.mark.parametrize("title", ["q{} [deg]", "J{}_rad", "Joint {} (rad)", "q{} [°]"])
+@pytest.mark.parametrize("most", [3.0, 9.0])  # by their size these would be [rad], and [deg]
+def test_a_joints_title_says_its_unit(tmp_path: Path, title: str, most: float) -> None:
+    q, p, _ = numbers()
+    q *= most / 3.0
+    heads = (*(title.format(k) for k in range(1, 7)), "x", "y", "z")
+    poses = read_poses(written(tmp_path / "session.csv", heads, q, p), JOINTS)
+    expected = q if "rad" in title else np.radians(q)
+    np.testing.assert_allclose(poses.q, expected, atol=1e-12)
+
+
 @pytest.mark.parametrize("other", ["marker", "robot_base_offset", "tcp"])
 def test_of_several_triples_the_measured_one_is_read(other: str) -> None:
     measured, others = ([f"{owner}_{axis}" for axis in "xyz"] for owner in ("measurement", other))

@@ -18,6 +18,7 @@ ANGLE = re.compile(
     rf"(?i)(?P<owner>(?:.*[ _.\-])?(?:rot(?:ation)?[ _.]?)?)"
     rf"(?P<axis>r[xyz]|roll|pitch|yaw){UNIT}"
 )
+JOINT_UNIT = re.compile(r"(?i)[ _\[(](deg|degrees?|rad|°)[\])]?$")
 STEMS = ("actualq", "q", "joint", "j", "jointposition", "jointangle", "axis", "a")  # + number
 NAMES = {"roll": "rx", "pitch": "ry", "yaw": "rz"}
 
@@ -29,6 +30,7 @@ class Columns:
     joints: tuple[str, ...]
     place: tuple[str, ...]  # x, y, z
     turn: tuple[str, ...]  # rx, ry, rz; () where only positions were measured
+    joint_unit: str = ""
     place_unit: str = ""
     turn_unit: str = ""
 
@@ -56,7 +58,9 @@ def pose_columns(names: Collection[str], joint_names: Sequence[str], path: str) 
         close = next(iter(turns.values()))
     columns, unit = places[owner]
     angles, angle_unit = close or ((), "")
-    return Columns(joints, columns, angles, unit, angle_unit)
+    of_joint = JOINT_UNIT.search(joints[0].strip()) if joints else None
+    joint_unit = of_joint[1].lower() if of_joint else ""
+    return Columns(joints, columns, angles, joint_unit, unit, angle_unit)
 
 
 def _joints(names: Collection[str], joint_names: Sequence[str], path: str) -> tuple[str, ...]:

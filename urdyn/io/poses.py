@@ -128,7 +128,7 @@ def _tracked(flat: dict[str, Array], columns: Columns, source: Source) -> Poses:
         place = 1e-3 * place
     if angles is not None and _in_degrees(angles, columns.turn_unit, np.pi):
         angles = np.radians(angles)
-    if _in_degrees(q, "", 2.0 * np.pi):
+    if _in_degrees(q, columns.joint_unit, 2.0 * np.pi):
         q = np.radians(q)
     return Poses(q, place, angles, "", False, source)
 
