@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from urdyn.errors import LogError
 from urdyn.io.pose_columns import pose_columns
-from urdyn.io.poses import Poses, read_poses
+from urdyn.io.poses import LEAST, Poses, read_poses
 from urdyn.types import Array
 
 JOINTS = (
@@ -126,6 +126,18 @@ def test_rows_without_all_numbers_are_left_out_and_counted(tmp_path: Path) -> No
     poses = read_poses(path, JOINTS)
     assert len(poses) == 19
     assert poses.defects
+
+
+@pytest.mark.parametrize("turned", [0, 10, 11, 14, 15, 29])
+def test_angles_of_a_few_poses_do_not_cost_the_places_of_others(turned: int) -> None:
+    """Three numbers a place, and six a pose: what is more is used, if it is enough."""
+    q, p, r = numbers(30 if turned > 11 else 20)
+    r[turned:] = np.nan
+    poses = Poses(q, p, r, "").whole()
+    oriented = turned >= max(LEAST, len(q) / 2)
+    assert (poses.angles is not None) == oriented
+    assert len(poses) == (turned if oriented else len(q))
+    assert poses.defects[0].count == len(q) - turned
 
 
 @pytest.mark.parametrize(

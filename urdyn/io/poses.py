@@ -62,10 +62,18 @@ class Poses:
         return replace(self, q=self.q[rows], place=self.place[rows], angles=angles)
 
     def whole(self) -> Poses:
-        """The poses that have every number; LogError where they are too few to `calibrate` by."""
+        """The poses that have every number; LogError where they are too few to `calibrate` by.
+
+        Angles of so few that the places of all are more numbers, or alone enough, are left out.
+        """
         held = [each for each in (self.q, self.place, self.angles) if each is not None]
-        finite = np.asarray(np.isfinite(np.hstack(held)).all(axis=1))
-        if (count := int(finite.sum())) < LEAST:
+        known = [np.isfinite(each).all(axis=1) for each in held]
+        placed, finite = known[0] & known[1], np.logical_and.reduce(known)
+        count, places = int(finite.sum()), int(placed.sum())
+        if count < places and count < max(LEAST, places / 2):
+            bare = Defect("pose without its angles", places - count, 0, "places alone are used")
+            return replace(self, angles=None, defects=(*self.defects, bare)).whole()
+        if count < LEAST:
             told = f"{count} whole poses; calibrate needs {LEAST} and more"
             raise LogError(told, self.source.path)
         if finite.all():
