@@ -9,6 +9,7 @@ import numpy as np
 from urdyn.types import Array, Index, Mask
 
 LATEST = 1e11  # [s] the year 5138; what lies beyond is milliseconds, or damage
+EPOCH = 1e9  # [s] what is more counts from 1970: no clock has run for thirty years
 UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}  # in a second
 STEPS = (1.5e-3, 1.5)  # [s] between samples of an arm; three decades, so that one unit fits
 SET = 1.0  # [s] between a step by stamps and by arrival; if larger, a clock was set
@@ -66,11 +67,11 @@ def pauses(t: Array, first: Index, received: Array) -> Array:
 
     Args:
         first: rows at which it was, (K,).
-        received: when rows arrived by a clock that was never set, (N,) [s]; NaN: unknown.
+        received: when rows arrived, (N,) [s], since 1970 or since a recording began; NaN: unknown.
     """
     with np.errstate(invalid="ignore"):  # infinite stamps give no pause
         waited = received[first] - received[first - 1]
-    known = credible(waited) & (waited >= 0.0)
+    known = (waited >= 0.0) & (waited < EPOCH)
     return np.where(known, np.maximum(waited, (GAP + 0.5) * np.median(np.diff(t))), PAUSE)
 
 

@@ -12,7 +12,9 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -25,10 +27,14 @@ from virtual_controller import JOINTS, SKIPPED, WRAP
 from urdyn.cli.ending import ended_by
 from urdyn.errors import InputError, RtdeError
 from urdyn.io import read
-from urdyn.io.rtde import DEFAULT, Server, Summary, record, serve
+from urdyn.io.rtde import DEFAULT, Server, Summary, record, recording, serve
+from urdyn.io.rtde.client import Connected
 from urdyn.io.rtde.clients import Clients
 from urdyn.io.rtde.controller import Controller
+from urdyn.io.rtde.handshake import Agreement
 from urdyn.io.rtde.journal import Journal
+from urdyn.io.rtde.link import Package
+from urdyn.io.rtde.recipe import Recipe
 from urdyn.io.rtde.tally import Tally
 from urdyn.signal.channels import STATUS
 from urdyn.types import Log
@@ -138,6 +144,28 @@ def test_packages_that_a_network_held_back_are_as_old_as_they_are() -> None:
         if len(batch):
             tally.take(came[batch], held[batch], 0.002)
     assert tally.summary("", 0.0).age_p99 == pytest.approx(1.5, rel=0.05)
+
+
+def test_recordings_of_a_controller_that_was_restarted_are_as_far_apart_as_they_were(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Though the computer was restarted, too, so that its monotonic clock began anew."""
+    days, paths, begun = (
+        3 * 86400.0,
+        (tmp_path / "a.csv", tmp_path / "b.parquet"),
+        datetime.now(UTC),
+    )
+    recipe = Recipe(("timestamp", "actual_q"), ("DOUBLE", "VECTOR6D"), 500.0)
+    for path, later, up in zip(paths, (0.0, days), (900.0, 40.0), strict=True):
+        today = SimpleNamespace(now=lambda zone, later=later: begun + timedelta(seconds=later))
+        monkeypatch.setattr(recording, "datetime", today)
+        monkeypatch.setattr(recording, "time", SimpleNamespace(monotonic=lambda up=up: up))
+        recorder = recording.Recording(Journal(path), "", None)
+        packages = [(t, recipe.pack({"timestamp": t})) for t in np.arange(50) / 500]
+        connected = Connected(Agreement(recipe, 2, (5, 0, 0, 0)))
+        recorder.take([connected, *(Package(up + t, values) for t, values in packages)])
+        recorder.finish()
+    assert np.diff(read(*paths).t)[49] == pytest.approx(days - 49 / 500, abs=1e-6)
 
 
 def test_stamps_that_are_none_tell_no_age() -> None:
@@ -255,7 +283,8 @@ def test_a_drop_is_taken_up_again_and_told(start: Start, tmp_path: Path) -> None
     assert "dropped" in note and np.flatnonzero(np.diff(connection)) + 1 == [note["row"]]
     assert set(connection) == {0, 1}
     received = table["received"].to_numpy()[note["row"] - 1 : note["row"] + 1]
-    assert summary.silent == pytest.approx(float(np.diff(received)[0])) and summary.silent > 0.05
+    waited = pytest.approx(float(np.diff(received)[0]), abs=1e-6)  # of 1.8e9 s: 0.2 us
+    assert summary.silent == waited and summary.silent > 0.05
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".csv.zst", ".parquet", ".mcap"])

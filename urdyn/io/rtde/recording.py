@@ -25,8 +25,8 @@ from urdyn.version import __version__
 class Recording:
     """Three columns are ours, beside those of the recipe:
 
-    `received` [s] since the first package, by this computer's clock; `connection` 0, 1, ..., one
-    more after every reconnect; `skipped`, packages missing since the row before.
+    `received` [s] since 1970, by this computer's clock as it was at the beginning; `connection` 0,
+    1, ..., one more after every reconnect; `skipped`, packages missing since the row before.
     """
 
     def __init__(self, journal: Journal, address: str, duration: float | None) -> None:
@@ -35,7 +35,8 @@ class Recording:
         self._duration = np.inf if duration is None else duration
         self._tally = Tally()
         self._agreement: Agreement | None = None
-        self._started = datetime.now(UTC).isoformat()
+        self._started = datetime.now(UTC)
+        self._ahead = self._started.timestamp() - time.monotonic()  # [s] of the monotonic clock
         self._notes: list[dict[str, Any]] = []  # drops and messages, with the row they came before
 
     def take(self, events: Iterable[Event]) -> None:
@@ -93,7 +94,7 @@ class Recording:
         skipped = self._tally.take(stamps, received, self._agreement.period)
         self._tally.bytes += len(values)
         marks = {
-            "received": received - begin,
+            "received": received + self._ahead,
             "connection": np.full(count, self._tally.connections - 1),
             "skipped": skipped.astype(np.int64),
         }
@@ -105,7 +106,7 @@ class Recording:
         if self._agreement:
             agreed = {
                 "address": self.address,
-                "started": self._started,
+                "started": self._started.isoformat(),
                 "controller": ".".join(map(str, self._agreement.release)),
                 "protocol": self._agreement.version,
             }
