@@ -83,12 +83,26 @@ def test_the_log_is_asked_for_where_it_is_gone_or_another(tracked, story):
     aside.rename(log)
 
 
+def test_a_run_of_several_logs_is_shown_wherever_they_are(tracked, tmp_path):
+    log = read(tracked[0], rows=(0, 300))
+    parts = tmp_path / "first.parquet", tmp_path / "second.parquet"
+    for part, rows in zip(parts, ((0, 100), (100, 300)), strict=True):
+        write(log.slice(*rows), part)
+    told = {"source": " ".join(map(str, parts)), "source.sha256": read(*parts).source.sha256}
+    run = renamed(tracked[1] / "history.parquet", tmp_path, "ur10e", **told)
+    assert find(Asked(str(run))).film.end == pytest.approx(log.t[-1] - log.t[0], abs=0.2)
+    aside = tuple(part.rename(part.with_suffix(".aside")) for part in parts)
+    assert "--log LOG" in refused(view(run))
+    assert "is not the log" in refused(view(run, "--log", aside[1], "--log", aside[0]))
+    assert find(Asked(str(run), logs=aside)).film is not None
+
+
 def test_a_live_run_that_is_over_needs_a_recording_of_it(tracked, story, tmp_path):
     live = {"source": "rtde://192.168.0.10", "source.sha256": ""}
     over = renamed(tracked[1] / "history.parquet", tmp_path, "ur10e", **live)
     told = refused(view(over, "--twin", story.out / "twin.toml"))
     assert "is of rtde://192.168.0.10, which was live" in told and "`urdyn record`" in told
-    assert find(Asked(str(over), log=tracked[0], rows=(0, 300))).film is not None
+    assert find(Asked(str(over), logs=(tracked[0],), rows=(0, 300))).film is not None
 
 
 def test_a_run_that_has_just_begun_does_not_say_what_it_is_of(tracked, story, tmp_path):

@@ -24,13 +24,13 @@ TwinFile = Annotated[
     Path | None,
     typer.Option("--twin", metavar="TWIN", help="The twin.toml that it was tracked by."),
 ]
-LogFile = Annotated[
-    Path | None,
+LogFiles = Annotated[
+    list[Path] | None,
     typer.Option(
         "--log",
         metavar="LOG",
-        help="The log that was tracked, if it was moved since; of a live run that is over, "
-        "a recording that was made meanwhile.",
+        help="The log that was tracked, if it was moved since, of several each, in their order; "
+        "of a live run that is over, a recording that was made meanwhile.",
     ),
 ]
 Calibration = Annotated[
@@ -57,7 +57,7 @@ def view(
     source: What,
     twin: TwinFile = None,
     robot: Robot = None,
-    log: LogFile = None,
+    log: LogFiles = None,
     calibration: Calibration = None,
     columns: Columns = None,
     rows: Rows = None,
@@ -81,7 +81,7 @@ def view(
     require()
     _refuse_idle(context, source, twin)
     voice, part = Voice(quiet=quiet), slice_of(rows) if rows is not None else None
-    found = find(Asked(source, twin, robot, log, columns, part, rate))
+    found = find(Asked(source, twin, robot, tuple(log or ()), columns, part, rate))
     try:
         stage = _stage(found, source, calibration, host, port)
         voice.show(f"{stage.address} shows {source}; Ctrl-C ends it.")

@@ -34,15 +34,15 @@ class Asked:
     source: str
     twin: Path | None = None
     robot: str | None = None
-    log: Path | None = None
+    logs: tuple[Path, ...] = ()
     columns: str | None = None
     rows: tuple[int | None, int | None] | None = None
     rate: float | None = None
 
-    def read(self, path: Path) -> Log:
-        """A log's joint angles."""
+    def read(self, *logs: Path) -> Log:
+        """Joint angles of a log, or of several that follow each other."""
         return ud.read(
-            path, columns=self.columns, rows=self.rows, rate=self.rate, channels=("actual_q",)
+            *logs, columns=self.columns, rows=self.rows, rate=self.rate, channels=("actual_q",)
         )
 
 
@@ -105,19 +105,22 @@ def _folder(folder: Path, run: History, asked: Asked) -> Found:
     if not run.finished and (robot := address(folder)):
         source = open_source(robot, effort=Effort("A"))  # whatever unit: only angles are shown
         return Found(arm, moments=followed(folder, source), close=source.close)
-    path = _log(folder, run, asked)
+    logs = _logs(folder, run, asked)
     gain = fit.dynamics.drive.gain if fit else None
-    return Found(arm, film=replay(run, asked.read(path), gain))
+    return Found(arm, film=replay(run, asked.read(*logs), gain))
 
 
-def _log(folder: Path, run: History, asked: Asked) -> Path:
-    """The log that was tracked, or a recording of a live run: a history holds no joint angles."""
-    path = asked.log or Path(run.source or "?")
-    if not is_log(path):
+def _logs(folder: Path, run: History, asked: Asked) -> tuple[Path, ...]:
+    """The logs that were tracked, or a recording of a live run: a history holds no joint angles."""
+    hashes = str(run.provenance.get("source.sha256") or "")
+    named = run.source.split(" ") if " " in hashes else [run.source or "?"]
+    logs = asked.logs or tuple(map(Path, named))
+    if not all(map(is_log, logs)):
         raise InputError(f"{folder}: {_lacking(folder, run)} by --log LOG")
-    if run.provenance.get("source.sha256") not in (None, "", sha256(path)):
-        raise InputError(f"{path}: is not the log that {folder} is of; name that by --log LOG")
-    return path
+    if hashes not in ("", " ".join(map(sha256, logs))):
+        told = " ".join(map(str, logs))
+        raise InputError(f"{told}: is not the log that {folder} is of; name that by --log LOG")
+    return logs
 
 
 def _lacking(folder: Path, run: History) -> str:
