@@ -6,6 +6,7 @@ import bz2
 import gzip
 import hashlib
 import lzma
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,6 +17,7 @@ import pytest
 
 from urdyn.errors import LogError
 from urdyn.io import read, read_table
+from urdyn.types import Array
 
 SPEC = "timestamp,actual_q*2,actual_current*2"
 UR10E = "timestamp,actual_q*6,actual_qd*6,actual_current*6,target_current*6,target_moment*6"
@@ -219,7 +221,8 @@ def test_logs_that_follow_each_other_are_the_log_they_were_cut_from(
         np.testing.assert_array_equal(log.channels[name], values)
     hashes = [hashlib.sha256(part.read_bytes()).hexdigest() for part in parts]
     assert log.source.sha256.split() == hashes
-    again = read(tmp_path / "whole.csv", tmp_path / "whole.csv")
+    (tmp_path / "again.csv").write_bytes(joined(text).replace(b"-1.5", b"-1.6"))
+    again = read(tmp_path / "whole.csv", tmp_path / "again.csv")
     np.testing.assert_allclose(again.t, [*whole.t, *(whole.t - whole.t[0] + whole.t[-1] + 60.0)])
 
 
@@ -230,6 +233,46 @@ def test_logs_that_cannot_follow_each_other_are_refused(path: Path, tmp_path: Pa
         read(path, other, columns=None)
     with pytest.raises(LogError, match="takes a slice of one"):
         read(path, path, rows=(0, 2))
+
+
+def lived(path: Path, t: Array, speed: float, seed: int, ahead: float = 0.0) -> Path:
+    """A log of one joint at constant speed [rad/s], whose current has noise while it moves."""
+    noise = np.random.default_rng(seed).standard_normal(200)[np.rint(100 * t).astype(int)]
+    v = np.full(len(t), speed)
+    told = "timestamp,received,actual_q_0,actual_qd_0,actual_current_0"
+    columns = np.stack([t, t + ahead, v * t, v, v * noise], axis=1)
+    np.savetxt(path, columns, "%.6f", ",", header=told, comments="")
+    return path
+
+
+def test_rows_that_would_count_twice_are_refused(tmp_path: Path) -> None:
+    t = np.arange(100) / 100.0
+    one = lived(tmp_path / "a.csv", t[:60], 0.5, 1)
+    other = lived(tmp_path / "b.csv", t[50:], 0.5, 1)
+    with pytest.raises(LogError, match=r"b\.csv: 10 of its rows are in .*a\.csv, too"):
+        read(one, other)
+    copy = shutil.copy(one, tmp_path / "copy.csv")
+    with pytest.raises(LogError, match=r"copy\.csv: the same rows as .*a\.csv"):
+        read(one, other, copy)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.5])
+def test_a_robot_that_begins_anew_may_do_as_it_did(speed: float, tmp_path: Path) -> None:
+    """At rest it repeats every bit, and in motion all but the noise of its sensors."""
+    t, ahead = np.arange(100) / 100.0, (1.7e9, 1.7e9 + 300.0)
+    paths = [lived(tmp_path / f"{k}.csv", t, speed, k, ahead[k]) for k in range(2)]
+    assert np.diff(read(*paths).t).max() == pytest.approx(300.0 - t[-1], abs=1e-5)
+
+
+def test_recordings_that_were_made_in_another_order_are_refused(tmp_path: Path) -> None:
+    """Where both clocks say so; one alone may have been set, as at the end of summer time."""
+    t = np.arange(100) / 100.0
+    first = lived(tmp_path / "1.csv", t, 0.5, 1, 1.7e9)
+    second = lived(tmp_path / "2.csv", t + 1.0, 0.5, 1, 1.7e9)
+    with pytest.raises(LogError, match="clock and the recorder's go back together"):
+        read(second, first)
+    assert len(read(first, second)) == 200
+    assert len(read(second, lived(first, t, 0.5, 1, 1.7e9 - 3600.0))) == 200
 
 
 def test_channels_limit_what_is_kept(path: Path) -> None:

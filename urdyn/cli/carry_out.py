@@ -10,12 +10,13 @@ import numpy as np
 
 import urdyn as ud
 from urdyn.cli.campaign import Campaign
-from urdyn.cli.recording import Recording, refuse_twice
+from urdyn.cli.recording import Recording
 from urdyn.cli.tool import Tool, setting_of
 from urdyn.cli.virtual import record
 from urdyn.cli.voice import complaints
 from urdyn.errors import InputError
 from urdyn.io.effort import Effort
+from urdyn.io.twice import refuse_twice
 from urdyn.model.population import population
 from urdyn.model.whose import require_own
 from urdyn.progress import Progress

@@ -4,19 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import urdyn as ud
 from urdyn.errors import InputError
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.signal.channels import STATUS
-
-if TYPE_CHECKING:
-    from urdyn.types import Source
 
 # All that dynamics needs from a log; an hour of all channels would fill the memory.
 CHANNELS = (
@@ -74,19 +68,3 @@ def numbers_of(text: str, what: str) -> tuple[float, ...]:
     if not all(map(math.isfinite, numbers)):
         raise InputError(f"{what} {text!r}: every number must be finite")
     return numbers
-
-
-def refuse_twice(sources: Sequence[Source]) -> None:
-    """InputError where two logs share rows: data counted twice seem more certain than they are.
-
-    Files are distinguished by content, not by name.
-    """
-    for one, other in combinations(sources, 2):
-        if overlap(one, other):
-            raise InputError(f"{other.path}: the same rows as {one.path}; name each log once")
-
-
-def overlap(one: Source, other: Source) -> bool:
-    """Do two logs share rows?"""
-    (a, b), (c, d) = (source.rows or (0, math.inf) for source in (one, other))
-    return one.sha256 == other.sha256 and a < d and c < b

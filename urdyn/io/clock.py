@@ -75,6 +75,17 @@ def pauses(t: Array, first: Index, received: Array) -> Array:
     return np.where(known, np.maximum(waited, (GAP + 0.5) * np.median(np.diff(t))), PAUSE)
 
 
+def earlier(t: Array, first: Index, received: Array) -> Mask:
+    """Where the clock went back since what follows was recorded earlier, (K,); as for `pauses`.
+
+    A robot's clock that counts from its start and a computer's are not set together.
+    """
+    with np.errstate(invalid="ignore"):  # infinite stamps tell nothing
+        stamped, waited = (x[first] - x[first - 1] for x in (t, received))
+        together = (waited < 0.0) & (np.abs(stamped - waited) < SET)
+    return np.asarray(together & (t[first] < EPOCH) & (received[first] > EPOCH))
+
+
 def counted_on(t: Array, first: Index, pause: Array) -> Array:
     """Stamps that run on where the clock was set back, (N,).
 

@@ -58,7 +58,7 @@ def _without_strays(table: Table, source: Source) -> Table:
     """Rows in the order of time; a clock that was set back for good counts on after a pause.
 
     Raises:
-        LogError: it was set back so often that the rows are in no order.
+        LogError: rows are in no order: it was set back too often, or the recorder's with it.
     """
     t = table.channels["timestamp"]
     ordered = clock.recordings(t)
@@ -75,7 +75,11 @@ def _without_strays(table: Table, source: Source) -> Table:
     if not len(back):
         return table
     t, unknown = table.channels["timestamp"], np.full(len(table), np.nan)
-    pauses = clock.pauses(t, back, table.channels.get("received", unknown))
+    received = table.channels.get("received", unknown)
+    if len(early := back[clock.earlier(t, back, received)]):
+        told = "the robot's clock and the recorder's go back together; name logs in order of time"
+        raise LogError(told, source.path, int(table.line[early[0]]))
+    pauses = clock.pauses(t, back, received)
     table.channels["timestamp"] = clock.counted_on(t, back, pauses)
     for row, pause in zip(back, pauses, strict=True):
         again = np.arange(len(table)) == row

@@ -24,6 +24,7 @@ from urdyn.io.names import CLOCKS, SIX_WIDE, layout, listed, some
 from urdyn.io.parse import parse
 from urdyn.io.plan import Plan
 from urdyn.io.table import AS_NAN, Table, join, merge
+from urdyn.io.twice import refuse_alike, refuse_twice
 from urdyn.types import Defect, Log, Source
 
 NAMED = "; name its columns from left to right by --columns"
@@ -59,14 +60,20 @@ def read(
         sources.append(source)
         if other := tables[0].channels.keys() ^ table.channels.keys():
             raise LogError(f"differs from {path} in columns: {', '.join(sorted(other))}", one)
-    log = mend(join(tables), _together(sources)) if more else mend(tables[0], sources[0])
+    log = mend(*_together(tables, sources))
     unasked = set() if channels is None else CLOCKS - {*channels}
     return replace(log, channels={n: x for n, x in log.channels.items() if n not in unasked})
 
 
-def _together(sources: list[Source]) -> Source:
-    """Several files as one source: their names, and their hashes."""
-    return Source(" ".join(s.path for s in sources), " ".join(s.sha256 for s in sources))
+def _together(tables: list[Table], sources: list[Source]) -> tuple[Table, Source]:
+    """Several files as one, with their names and hashes; LogError where rows would count twice."""
+    if len(tables) == 1:
+        return tables[0], sources[0]
+    refuse_twice(sources)
+    log = np.repeat(np.arange(len(tables)), [len(table) for table in tables])
+    table = join(tables)
+    refuse_alike(table, log, sources)
+    return table, Source(" ".join(s.path for s in sources), " ".join(s.sha256 for s in sources))
 
 
 def read_table(
