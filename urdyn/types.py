@@ -143,7 +143,8 @@ class Log:
                 raise InputError(f"{name} has the shape {values.shape}; t has {len(self)} rows")
         q = channels.get("actual_q")
         if q is not None and q.ndim != 2:
-            raise InputError(f"actual_q has the shape {q.shape}; it has to be rows x joints")
+            told = f"actual_q has the shape {q.shape}; it has to be rows x joints"
+            raise LogError(told, self.source.path)
 
     __reduce__ = remade
 

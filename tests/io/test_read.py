@@ -275,6 +275,13 @@ def test_recordings_that_were_made_in_another_order_are_refused(tmp_path: Path) 
     assert len(read(second, lived(first, t, 0.5, 1, 1.7e9 - 3600.0))) == 200
 
 
+def test_angles_of_no_joint_are_refused_where_they_stand(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(joined(["timestamp,actual_q", "0.0,1.0", "0.1,1.1"]))
+    with pytest.raises(LogError, match=r"log\.csv: actual_q has the shape"):
+        read(path)
+
+
 def test_channels_limit_what_is_kept(path: Path) -> None:
     assert set(read(path, channels=("actual_q", "actual_qd")).channels) == {"actual_q"}
     with pytest.raises(LogError, match="has no actual_qd; it has actual_current, actual_q, time"):
