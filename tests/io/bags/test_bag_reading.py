@@ -85,6 +85,16 @@ def test_rows_are_joint_states(tmp_path):
 def test_without_stamps_the_recorder_s_clock_counts(tmp_path):
     log = read(bag(tmp_path / "bag", joint_states(10, stamped=False)), effort=AMPERES)
     np.testing.assert_array_equal(log.t, [(BEGAN + LATE + 2_000_000 * k) / 1e9 for k in range(10)])
+    assert [str(d) for d in log.defects] == [
+        "10 x message without a stamp (stamped by the recorder's clock)"
+    ]
+
+
+def test_one_message_without_a_stamp_leaves_the_others_on_the_robot_s_clock(tmp_path):
+    told = joint_states(1, stamped=False) + joint_states(10)[1:]
+    log = read(bag(tmp_path / "bag", told), effort=AMPERES)
+    np.testing.assert_array_equal(log.t, [(BEGAN + 2_000_000 * k) / 1e9 for k in range(10)])
+    assert [d.count for d in log.defects] == [1]
 
 
 TURN = Rotation.from_rotvec([0.3, -0.4, 1.2])

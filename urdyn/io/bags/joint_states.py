@@ -20,9 +20,10 @@ NAMED = "joint_states"  # where robots publish their joints
 class JointStates:
     """Messages of one arm, in the order in which they were recorded."""
 
-    stamp: Index  # (N,) [ns] of the robot, or of the recorder where the robot gave none
-    offset: int  # [ns] by which that clock is ahead of the recorder's
+    stamp: Index  # (N,) [ns] of the robot; of the recorder, on its clock, where it gave none
+    offset: int  # [ns] by which the robot's clock is ahead of the recorder's
     values: Array  # (N, 3, J) [rad], [rad/s], and effort in its publisher's unit
+    unstamped: int  # messages without a stamp of the robot
     foreign: int  # messages of other joints, such as a gripper's
 
 
@@ -70,11 +71,12 @@ def _of_arm(heard: _Heard, prefix: str) -> JointStates:
     mine = [row for row in heard.rows if prefix in heard.places[tuple(row[2].name)]]
     recorded = np.array([row[0] for row in mine])
     stamped = np.array([row[1] for row in mine])
-    told = bool((stamped > 0).all())
-    stamp = stamped if told else recorded
+    told = stamped > 0
+    offset = int(np.median((stamped - recorded)[told])) if told.any() else 0
+    stamp = np.where(told, stamped, recorded + offset)
     values = np.array([_values(m, heard.places[tuple(m.name)][prefix]) for _, _, m in mine])
-    offset = int(np.median(stamp - recorded))
-    return JointStates(stamp, offset, values, len(heard.rows) - len(mine))
+    unstamped, foreign = int(np.sum(~told)), len(heard.rows) - len(mine)
+    return JointStates(stamp, offset, values, unstamped, foreign)
 
 
 def _values(message: Any, places: Places) -> list[Array]:

@@ -47,7 +47,10 @@ def _robots(bag: Bag) -> Table:
     states = joint_states(bag)
     others = streams(bag, states.offset)
     told = {name: stream.at(states.stamp) for name, stream in others.items()}
-    defects = [Defect("message of other joints", states.foreign, 0, SKIPPED)]
+    defects = [
+        Defect("message of other joints", states.foreign, 0, SKIPPED),
+        Defect("message without a stamp", states.unstamped, 0, "stamped by the recorder's clock"),
+    ]
     if "actual_TCP_force" in told:
         frame = others["actual_TCP_force"].frame
         told["actual_TCP_force"], amiss = _in_base(told["actual_TCP_force"], frame, told)
