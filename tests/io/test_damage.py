@@ -148,6 +148,23 @@ def test_a_recorder_whose_clock_tells_nothing_leaves_the_pause_to_be_guessed(
     assert log.t[50] - log.t[49] == pytest.approx(PAUSE)
 
 
+@pytest.mark.parametrize("word", ["", "None", "null", "N/A", "-"])
+@pytest.mark.parametrize("titles", [["timestamp,actual_q_0,amperes"], []])
+def test_a_column_that_begins_with_words_for_nothing_is_one_of_numbers(
+    word: str, titles: list[str], tmp_path: Path
+) -> None:
+    """As programs write it until a robot is switched on: for longer than is sampled."""
+    said = [word if k < 150 else str(k) for k in range(1000)]
+    rows = [f"{k / 100},{value},{value}" for k, value in enumerate(said)]
+    (path := tmp_path / "log.csv").write_bytes(joined([*titles, *rows]))
+    log = read(path, columns=None if titles else "timestamp,actual_q*1,amperes")
+    np.testing.assert_array_equal(log.channels["amperes"], [*[np.nan] * 150, *range(150, 1000)])
+    assert [(d.kind, d.count) for d in log.defects] == [
+        ("empty field", 300),
+        ("row without values", 150),
+    ]
+
+
 STATES = "actual_q_0,actual_qd_0,actual_current_0"
 
 

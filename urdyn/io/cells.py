@@ -8,6 +8,7 @@ from contextlib import suppress
 from datetime import UTC, datetime
 
 FLAGS = {"true": 1.0, "false": 0.0}
+NOTHING = ("None", "none", "NULL", "null", "N/A", "n/a", "NA", "-", "--")  # said of no value
 
 
 def fields(line: str, delimiter: str) -> list[str]:
@@ -16,6 +17,12 @@ def fields(line: str, delimiter: str) -> list[str]:
         with suppress(csv.Error):  # a quote that is damage: the line is split as it stands
             return next(csv.reader([line.replace("\0", "")], delimiter=delimiter), [])
     return line.split() if delimiter == " " else line.split(delimiter)
+
+
+def is_empty(text: str) -> bool:
+    """Does the cell hold nothing, or say that it does?"""
+    text = text.strip()
+    return not text or text in NOTHING
 
 
 def number(text: str) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from urdyn.io.blocks import Block
-from urdyn.io.cells import fields, number, stamp
+from urdyn.io.cells import fields, is_empty, number, stamp
 from urdyn.io.dialect import Dialect, Kind
 from urdyn.io.plan import Plan
 from urdyn.io.table import AS_NAN, LEFT_OUT, SKIPPED, Table, merge
@@ -66,7 +66,7 @@ def _value(
     try:
         value = read(text.replace(dialect.decimal, "."))
     except (ValueError, OverflowError):
-        kind = "text in place of a number" if text.strip() else "empty field"
+        kind = "empty field" if is_empty(text) else "text in place of a number"
         defects.append(Defect(kind, 1, line, AS_NAN))
         return np.nan
     if np.isnan(value):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from urdyn.errors import LogError
-from urdyn.io.cells import fields, is_number, is_stamp
+from urdyn.io.cells import fields, is_empty, is_number, is_stamp
 from urdyn.io.names import duplicates, example, expand, rename
 
 SAMPLE = 100  # lines that are examined
@@ -111,7 +111,7 @@ def _titles(line: str, delimiter: str) -> list[str]:
 
 def _is_header(names: Sequence[str]) -> bool:
     """Do most of the cells look like names?"""
-    told = [name for name in names if name.strip()]
+    told = [name for name in names if not is_empty(name)]
     titles = [name for name in told if re.search(r"[A-Za-z]", name) and not is_stamp(name)]
     return 2 * len(titles) > len(told)
 
@@ -168,7 +168,7 @@ def _decimal(samples: Sequence[Sequence[str]], delimiter: str) -> str:
 
 def _kind(name: str, k: int, samples: Sequence[Sequence[str]], decimal: str) -> Kind:
     """What column `k` holds, by most of its cells."""
-    cells = [row[k].replace(decimal, ".") for row in samples if row[k].strip()]
+    cells = [row[k].replace(decimal, ".") for row in samples if not is_empty(row[k])]
     if sum(map(is_number, cells)) * 2 >= len(cells):
         flags = sum(cell.strip().lower() in ("true", "false") for cell in cells)
         return Kind.FLAG if flags * 2 > len(cells) else Kind.NUMBER

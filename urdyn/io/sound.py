@@ -7,7 +7,7 @@ import pyarrow as pa
 from pyarrow import csv
 
 from urdyn.io.blocks import Block
-from urdyn.io.cells import stamp
+from urdyn.io.cells import NOTHING, stamp
 from urdyn.io.dialect import Kind
 from urdyn.io.plan import Plan
 from urdyn.io.table import AS_NAN, Table
@@ -51,7 +51,7 @@ def _arrow(block: Block, plan: Plan) -> pa.Table:
         csv.ConvertOptions(
             include_columns=list(types),
             column_types=types,
-            null_values=[""],
+            null_values=["", *NOTHING],
             strings_can_be_null=True,
             decimal_point=dialect.decimal,
         ),
