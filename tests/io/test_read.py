@@ -7,7 +7,7 @@ import gzip
 import hashlib
 import lzma
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -371,6 +371,25 @@ def test_parquet_lists_of_several_lengths_are_refused_though_their_sum_fits(tmp_
     pq.write_table(pa.table({"timestamp": np.arange(9) / 100.0, "actual_q": pa.array(q)}), path)
     with pytest.raises(LogError, match="lists of more than one length"):
         read(path)
+
+
+@pytest.mark.parametrize(("nothing", "width"), [([], -1), (None, -1), (None, 3)])
+@pytest.mark.parametrize("rows", [[0], [5], range(9), range(100)])
+def test_lists_that_are_empty_or_missing_are_empty_fields(
+    nothing: list[float] | None, width: int, rows: Sequence[int], tmp_path: Path
+) -> None:
+    """Wherever they stand: no column vanishes for them, and no log is refused."""
+    lists = [nothing if k in rows else [float(k), 1.0, 2.0] for k in range(100)]
+    columns = {
+        "timestamp": np.arange(100) / 100.0,
+        "actual_q": [[0.0, 1.0, 2.0]] * 100,
+        "actual_current": pa.array(lists, pa.list_(pa.float64(), width)),
+    }
+    pq.write_table(pa.table(columns), tmp_path / "log.parquet")
+    log = read(tmp_path / "log.parquet")
+    expected = [one or [np.nan] * 3 for one in lists]
+    np.testing.assert_array_equal(log.channels["actual_current"], expected)
+    assert log.defects[0].kind == "empty field"
 
 
 @pytest.mark.parametrize("lists", [False, True])
