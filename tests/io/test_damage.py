@@ -272,6 +272,7 @@ REFUSED: dict[str, tuple[Break, str]] = {
         lambda t: joined(["timestamp,mode", *(f"{n},on" for n in range(9))]),
         "log.csv:1: has no channel; it has timestamp",
     ),
+    "lines that end in CR": (lambda t: joined(t, "\r"), "log.csv: ends its lines in CR alone"),
     "UTF-16": (lambda t: joined(t).decode().encode("utf-16"), "log.csv: is UTF-16; save it"),
     "not text": (lambda t: bytes(range(256)) * 9, "log.csv: is not text"),
     "half an archive": (lambda t: gzip.compress(joined(t))[:-20], "log.csv: cannot be read"),

@@ -84,6 +84,8 @@ def _text_lines(start: bytes, path: str) -> list[str]:
     """The first lines, if this is text at all."""
     if start.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise LogError("is UTF-16; save it as UTF-8", path)
+    if b"\n" not in start and b"\r" in start:
+        raise LogError("ends its lines in CR alone; save it with LF, or CR and LF", path)
     if len(start[:PRINTED].translate(None, PRINTABLE)) > 0.3 * len(start[:PRINTED]):
         raise LogError("is not text: neither CSV nor Parquet", path)
     lines = start[:READ].decode(errors="replace").split("\n")
