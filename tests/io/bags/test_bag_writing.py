@@ -127,6 +127,18 @@ def test_a_bag_replaces_a_bag_and_nothing_else(log: Log, tmp_path: Path) -> None
     assert sorted(child.name for child in tmp_path.iterdir()) == ["bag", "folder"]
 
 
+@pytest.mark.parametrize("form", ["", ".db3"])
+def test_what_a_link_points_to_is_replaced_and_the_link_stays(
+    form: str, log: Log, tmp_path: Path
+) -> None:
+    (disk := tmp_path / "disk").mkdir()
+    write(log, path := disk / f"bag{form}")
+    (link := tmp_path / f"link{form}").symlink_to(path)
+    write(log.slice(0, 10), link)
+    assert link.is_symlink() and len(read(path)) == len(read(link)) == 10
+    assert list(disk.iterdir()) == [path]
+
+
 def test_a_bag_with_more_than_a_log_is_left(log: Log, tmp_path: Path) -> None:
     foreign = bag(tmp_path / "foreign", joint_states(3))
     write(log, own := tmp_path / "own")

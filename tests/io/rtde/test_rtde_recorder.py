@@ -214,6 +214,17 @@ def test_what_was_recorded_is_not_overwritten(tmp_path: Path) -> None:
     assert begun == [0.0, 1.0, 2.0]
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_recording_is_put_where_a_link_points_to(tmp_path: Path, suffix: str) -> None:
+    (disk := tmp_path / "disk").mkdir()
+    (link := tmp_path / f"a{suffix}").symlink_to(path := disk / f"b{suffix}")
+    for _ in range(2):
+        begun(link).finish({})
+    assert link.is_symlink() and list(tmp_path.glob("a*")) == [link]
+    assert {*disk.iterdir()} == {path, disk / f"b.1{suffix}"}
+    assert read(path).t.tolist() == read(disk / f"b.1{suffix}").t.tolist() == [1.0, 2.0]
+
+
 def begun(path: Path) -> Journal:
     """A journal with two rows in it."""
     journal = Journal(path)

@@ -44,16 +44,17 @@ def write_db3(told: Told, path: Path) -> None:
             f"{path}: cannot be written: something else is there, or a bag with more than one of "
             "our logs; name another place"
         )
-    if not path.resolve().parent.is_dir():
+    target = path.resolve()  # a link stays
+    if not target.parent.is_dir():
         raise InputError(f"{path}: cannot be written: there is no such folder")
-    beside = Path(mkdtemp(prefix=f".{path.stem}.", dir=path.resolve().parent))
+    beside = Path(mkdtemp(prefix=f".{path.stem}.", dir=target.parent))
     try:
         bag = beside / path.stem
         _write_bag(told, bag)
         if alone:
-            (bag / f"{bag.name}.db3").replace(path)
+            (bag / f"{bag.name}.db3").replace(target)
         else:
-            _put(bag, path, beside / "before")
+            _put(bag, target, beside / "before")
     except (OSError, sqlite3.Error) as error:
         why = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: cannot be written: {why}") from error

@@ -52,6 +52,8 @@ class Journal:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
+        if self.path.is_symlink():  # which stays
+            self.path = Path(os.path.realpath(path))
         self._form = next((end for end in SUFFIXES if self.path.name.lower().endswith(end)), "")
         if not self._form:
             raise InputError(f"{path}: a recording is to end in {', '.join(SUFFIXES)}")
