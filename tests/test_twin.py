@@ -234,6 +234,7 @@ def of_parameter(name: str, column: str = "value") -> str:
         (r"(covariance = \[\n  \[\S+ )[^,]+", "1e3", "a covariance is symmetric"),
         (r"(covariance = )\[(.|\n)*?\n\]", "[[1, 2, 0], [2, 1, 0], [0, 0, 1]]", "is no covariance"),
         (r"(\nnames = \[)[^,]+", '"shoulder_link.d1"', "two states of one name"),
+        (r"(\nnames = \[)[^,]+", "7", "a state's name is text, not 7"),
         (r"(\nar = \[\n  \[)[^,\]]+", "2.0", "the noise of shoulder_pan_joint grows"),
         (r"(\njoints = \[)(.*?), (.*?), ", r'"x", "y", ', "its joints or links are not ur5e's"),
         (of_parameter("mass", "unit"), '"furlong"', "mass is in furlong and has to be in kg"),

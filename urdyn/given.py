@@ -190,7 +190,10 @@ def given_belief(belief: object, what: str, n: int) -> Gaussian:
 
 
 def given_names(names: Sequence[str]) -> None:
-    """InputError where two states share a name."""
+    """InputError where two states share a name, or one's is no text."""
+    for name in names:
+        if not isinstance(name, str):
+            raise InputError(f"a state's name is text, not {name!r}")
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise InputError(f"two states of one name: {', '.join(twice)}")

@@ -85,6 +85,7 @@ def looked_at(H: Array) -> Array:
         (lambda: looked_at(np.ones((2, 1))), r"H has the shape \(2, 1\)"),
         (lambda: looked_at(TWO), r"H has the shape \(2,\)"),
         (lambda: walk(names=("b", "b")), "two states of one name: b"),
+        (lambda: walk(names=("b", 2)), "a state's name is text, not 2"),
         (lambda: walk(prior=1.0), "the prior 1.0: takes a Gaussian"),
         (lambda: walk(-EYE), "the prior's covariance has the variance -1; .* below 0"),
         (lambda: walk(LOPSIDED), r"the prior's covariance\[0, 1\] is 0.9 and .* symmetric"),
