@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from scipy.stats import t as student
 from urdyn.identify import Noise
 from urdyn.identify.noise import (
     CERTAIN,
+    ENOUGH,
     GAUSSIAN,
     MAX_ORDER,
     PIECE,
@@ -23,8 +25,11 @@ from urdyn.identify.noise import (
     white_noise,
     whiten,
 )
+from urdyn.identify.search import Run, _start, _with_noise
 from urdyn.identify.slow import MEMORY, forgotten, periodogram, share_of
-from urdyn.types import Array
+from urdyn.model.dynamics import Dynamics
+from urdyn.simulate import real_sensors
+from urdyn.types import Array, Motion
 
 AR = np.array([0.6, -0.3])
 SCALE = 0.04  # [A]
@@ -48,8 +53,14 @@ def covariance(order: int) -> Array:
     return np.asarray(toeplitz(lags))
 
 
+def usual(joints: int) -> Noise:
+    """White noise of 0.3 A."""
+    one = np.ones(joints)
+    return Noise(0.3 * one, 0.3 * one, GAUSSIAN * one, np.zeros((joints, 0)))
+
+
 def alone(stretch: Array) -> Noise:
-    return fit_noise([[stretch]], STEP)
+    return fit_noise([[stretch]], STEP, usual(1))
 
 
 def test_whitening_undoes_the_colour() -> None:
@@ -196,17 +207,33 @@ def test_a_wild_sample_is_no_louder_noise() -> None:
 
 def test_white_noise_is_gaussian_and_as_strong_as_what_is_left() -> None:
     e, w = coloured(np.random.default_rng(2))
-    plain = white_noise([[e], [w], []], STEP)
-    np.testing.assert_allclose(plain.scale, [np.std(e), np.std(w), 1.0])
+    plain = white_noise([[e], [w], []], STEP, usual(3))
+    np.testing.assert_allclose(plain.scale, [np.std(e), np.std(w), 0.3])
     np.testing.assert_array_equal(plain.sd, plain.scale)
     assert plain.ar.shape == (3, 0) and (plain.dof == GAUSSIAN).all()
 
 
-def test_joints_may_differ_in_order_and_a_silent_one_is_no_error() -> None:
+@pytest.mark.parametrize("few", [[], [np.ones(ENOUGH - 1)]], ids=["silent", "brief"])
+def test_joints_may_differ_in_order_and_one_that_tells_too_little_has_usual_noise(
+    few: list[Array],
+) -> None:
     e, w = coloured(np.random.default_rng(5))
-    noise = fit_noise([[e[:9000], e[9000:]], [w], []], STEP)
+    noise = fit_noise([[e[:9000], e[9000:]], [w], few], STEP, usual(3))
     assert noise.ar.shape[0] == 3 and noise.ar.shape[1] >= 2
-    assert (noise.ar[2] == 0.0).all() and noise.scale[2] == 1.0
+    assert (noise.ar[2] == 0.0).all() and noise.sd[2] == noise.scale[2] == 0.3
+
+
+def test_a_joint_that_never_moved_has_the_noise_of_such_sensors(
+    point: Dynamics, motion: Motion
+) -> None:
+    moves = np.arange(6) != 3
+    part = motion.slice(0, 400)
+    runs = [Run(replace(part, v=moves * part.v, a=moves * part.a))]
+    start = _start(point.arm, runs, point.drive.gain, point.payload)
+    for plain in (True, False):
+        (noise,) = _with_noise(start, runs, plain).noises
+        assert noise.sd[3] == pytest.approx(real_sensors(point.arm).current_noise[3], rel=1e-9)
+        assert noise.gentle[3] > 4.0 * noise.sd[3] ** 2  # slow noise is a part of it
 
 
 @pytest.mark.parametrize("length", [1, 2, 5, MAX_ORDER, MAX_ORDER + 1, 20])
@@ -214,7 +241,7 @@ def test_noise_in_pieces_as_short_as_these_is_that_of_the_whole(length: int) -> 
     """In power, and in colour as far as a piece tells of it."""
     e, _ = coloured(np.random.default_rng(8))
     pieces = np.split(e, np.arange(length, len(e), length))
-    whole, noise = alone(e), fit_noise([[*pieces, np.zeros(0)]], STEP)
+    whole, noise = alone(e), fit_noise([[*pieces, np.zeros(0)]], STEP, usual(1))
     assert noise.ar.shape[1] <= min(length - 1, MAX_ORDER)
     np.testing.assert_allclose(noise.sd, whole.sd, rtol=1e-9)
     assert noise.ar.size or length == 1
@@ -241,7 +268,7 @@ def test_what_a_fit_took_from_the_noise_is_given_back() -> None:
         left = e - X @ (doubt @ (X.T @ (inverse @ e)))
         took = periodogram(X @ np.linalg.cholesky(doubt)).sum(axis=1)
         for told, absorbed in (("told", [[took]]), ("not told", None)):
-            found[told].append(float(fit_noise([[left]], STEP, absorbed).gentle[0]))
+            found[told].append(float(fit_noise([[left]], STEP, usual(1), absorbed).gentle[0]))
     one = np.ones(1)
     white = np.sqrt(1.0 - SLOW) * one
     truth = Noise(one, white, 1e9 * one, np.zeros((1, 0)), np.sqrt(SLOW) * one, keep).gentle[0]
@@ -263,7 +290,7 @@ def test_where_joints_turn_noise_says_what_lasting_errors_do(
     near = np.zeros((turns, rows), bool)
     near[:, lasting : 2 * lasting] = True
     e += near * size * rng.standard_normal((turns, 1))
-    noise = fit([[*e]], step, turning=[[*near]])
+    noise = fit([[*e]], step, usual(1), turning=[[*near]])
     found = noise.turning[0] ** 2 * noise.power[0] / (1.0 - noise.ar[0].sum()) ** 2 * step
     # Known by as many errors as there are turns; what they lend to the colour makes it only more.
     few = FOUR_SIGMA * np.sqrt(2.0 / turns)
@@ -272,7 +299,7 @@ def test_where_joints_turn_noise_says_what_lasting_errors_do(
 
 def test_white_noise_is_told_from_where_joints_go_their_way() -> None:
     w, near = SCALE * np.random.default_rng(14).standard_normal(ROWS), np.arange(ROWS) % 100 < 12
-    rough = white_noise([[w * np.where(near, 5.0, 1.0)]], STEP, [[near]])
+    rough = white_noise([[w * np.where(near, 5.0, 1.0)]], STEP, usual(1), [[near]])
     few = FOUR_SIGMA / np.sqrt(2.0 * ROWS)
     assert rough.sd[0] == pytest.approx(SCALE, rel=1.1 * few)
     # What white noise sums up to is as loud as its rows; of every turn a piece may be cut.
@@ -283,7 +310,7 @@ def test_white_noise_is_told_from_where_joints_go_their_way() -> None:
 def test_noise_that_is_alike_everywhere_is_hardly_louder_in_turns() -> None:
     e, _ = coloured(np.random.default_rng(12))
     near = np.arange(ROWS) % 100 < 12
-    noise, plain = fit_noise([[e]], STEP, turning=[[near]]), alone(e)
+    noise, plain = fit_noise([[e]], STEP, usual(1), turning=[[near]]), alone(e)
     pieces = ROWS * 12 // 100 // round(PIECE / STEP)
     assert 1.0 <= noise.turning[0] ** 2 <= 1.0 + FOUR_SIGMA * np.sqrt(2.0 / pieces)
     assert plain.turning[0] == 1.0
@@ -297,7 +324,7 @@ def test_errors_in_turns_are_no_colour_of_the_noise() -> None:
     e, _ = coloured(rng)
     near = np.arange(ROWS) % 100 < 12
     rough = e + near * np.repeat(0.2 * rng.standard_normal(ROWS // 100), 100)
-    told, blind = fit_noise([[rough]], STEP, turning=[[near]]), alone(rough)
+    told, blind = fit_noise([[rough]], STEP, usual(1), turning=[[near]]), alone(rough)
     truth = 1.0 - AR.sum()
     assert abs(1.0 - told.ar.sum() - truth) < 0.5 * abs(1.0 - blind.ar.sum() - truth)
 

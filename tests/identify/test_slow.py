@@ -25,6 +25,11 @@ def slowly(rng: np.random.Generator, rows: int, many: int, keep: float = KEEP) -
     return np.asarray(lfilter([1.0], [1.0, -keep], white, axis=0))
 
 
+def unit(joints: int) -> Noise:
+    """White noise of 1 A."""
+    return Noise(*np.ones((3, joints)), np.zeros((joints, 0)))
+
+
 @pytest.mark.parametrize("h", [0.05, 0.5, 3.0])
 def test_innovations_are_those_of_the_dense_gaussian(h: float) -> None:
     """White ones are L^-1 y, with L the root of the noise's covariance."""
@@ -46,7 +51,7 @@ def test_the_share_that_is_slow_is_found() -> None:
     quick = lfilter([1.0], [1.0, -0.5], rng.standard_normal((ROWS, many)), axis=0)
     quick *= np.sqrt((1.0 - share) * 0.75)
     e = quick + np.sqrt(share) * slowly(rng, ROWS, many)
-    noise = fit_noise([[column] for column in e.T], STEP)
+    noise = fit_noise([[column] for column in e.T], STEP, unit(many))
     one = np.sqrt(2.0 * MEMORY / (ROWS * STEP))
     found = noise.slow**2 / share
     assert abs(found.mean() - 1.0) < 0.2  # a mean of what is likely leans on what was likely before
@@ -65,7 +70,7 @@ def test_intervals_hold_although_a_log_tells_little_of_what_is_slow(share: float
     rows, keep, quickly = round(25.0 / step), forgotten(step), np.exp(-step / 0.01)
     e = rng.standard_normal((rows, many)) + slowly(rng, rows, many, quickly)
     e = np.sqrt(0.5 - 0.5 * share) * e + np.sqrt(share) * slowly(rng, rows, many, keep)
-    found = fit_noise([[column] for column in e.T], step).gentle
+    found = fit_noise([[column] for column in e.T], step, unit(many)).gentle
     quick, slow = ((1.0 + a) / (1.0 - a) for a in (quickly, keep))  # density at rest
     truth = 0.5 * (1.0 - share) * (1.0 + quick) + 0.5 * share * slow
     held = 2.0 * norm.cdf(NORMAL90 * np.sqrt(found / truth)) - 1.0

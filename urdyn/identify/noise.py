@@ -11,6 +11,7 @@ from urdyn.identify.slow import MEMORY, density, forgotten, periodogram, share_o
 from urdyn.types import MAD_TO_SD, Array, Mask, freeze
 
 MAX_ORDER = 8
+ENOUGH = 10 * MAX_ORDER  # rows, from which a joint's noise is learnt
 BEHIND = 5 * MAX_ORDER  # rows, from which a regression can be estimated
 GAUSSIAN = 100.0  # degrees of freedom from which on Student's t counts as Gaussian
 MIN_DOF = 4.0
@@ -46,6 +47,12 @@ class Noise:
         if not self.turning.size:
             object.__setattr__(self, "turning", np.ones_like(self.sd))
         freeze(self, "sd", "scale", "dof", "ar", "slow", "turning")
+
+    @property
+    def each(self) -> list[Noise]:
+        """That of each joint, (J,), in rows as far apart."""
+        names, joints = ("sd", "scale", "dof", "ar", "slow", "turning"), range(len(self.sd))
+        return [replace(self, **{x: getattr(self, x)[j : j + 1] for x in names}) for j in joints]
 
     @property
     def power(self) -> Array:
@@ -126,17 +133,24 @@ def regressed(quick: Array, slow: Array, step: float) -> Noise:
 
 
 def white_noise(
-    residuals: list[list[Array]], step: float, turning: list[list[Mask]] | None = None
+    residuals: list[list[Array]],
+    step: float,
+    usual: Noise,
+    turning: list[list[Mask]] | None = None,
 ) -> Noise:
     """White Gaussian noise with the residuals' power, by joint; arguments as for `fit_noise`."""
     turning = turning or _nowhere(residuals)
-    fits = [_white(_calmed(*pair)) for pair in zip(residuals, turning, strict=True)]
-    return _joined(fits, residuals, turning, step)
+    calm = [_calmed(*pair) for pair in zip(residuals, turning, strict=True)]
+    fits = [
+        _white(left) if _told(left) else own for left, own in zip(calm, usual.each, strict=True)
+    ]
+    return replace(_joined(fits, residuals, turning, step), keep=usual.keep)
 
 
 def fit_noise(
     residuals: list[list[Array]],
     step: float,
+    usual: Noise,
     absorbed: list[list[Array]] | None = None,
     turning: list[list[Mask]] | None = None,
 ) -> Noise:
@@ -148,6 +162,7 @@ def fit_noise(
 
     Args:
         step: time between rows [s].
+        usual: of such an arm, for joints with too few residuals.
         absorbed: periodogram of what a fit absorbed, by stretch [A²]; None: nothing.
         turning: rows near reversals, whose noise is scaled separately; None: it is not.
     """
@@ -156,7 +171,10 @@ def fit_noise(
         absorbed = [[np.zeros(len(r) // 2 + 1) for r in stretches] for stretches in residuals]
     calm = [_calmed(*pair) for pair in zip(residuals, turning, strict=True)]
     keep = forgotten(step)
-    fits = [_fit_joint(left, powers, keep) for left, powers in zip(calm, absorbed, strict=True)]
+    fits = [
+        _fit_joint(left, powers, keep) if _told(left) else own
+        for left, powers, own in zip(calm, absorbed, usual.each, strict=True)
+    ]
     return replace(_joined(fits, residuals, turning, step), keep=keep)
 
 
@@ -196,9 +214,13 @@ def _white(stretches: list[Array]) -> Noise:
 
 
 def _sd(stretches: list[Array]) -> float:
-    """Standard deviation of all residuals; 1 where there are too few."""
-    together = np.concatenate([*stretches, np.zeros(0)])
-    return float(np.std(together)) if len(together) >= 10 * MAX_ORDER else 1.0
+    """Standard deviation of all residuals."""
+    return float(np.std(np.concatenate(stretches)))
+
+
+def _told(stretches: list[Array]) -> bool:
+    """Whether there are enough residuals to tell their noise."""
+    return sum(map(len, stretches)) >= ENOUGH
 
 
 def _robust_sd(residuals: Array) -> float:
@@ -209,7 +231,7 @@ def _robust_sd(residuals: Array) -> float:
 def _fit_joint(stretches: list[Array], absorbed: list[Array], keep: float) -> Noise:
     """Noise of one joint."""
     count, lags = sum(len(r) for r in stretches), _lags_with_data(stretches)
-    if count < 10 * MAX_ORDER or not lags:
+    if not lags:
         return _white(stretches)
     most = WILD * _robust_sd(np.concatenate(stretches))
     stretches = [np.clip(r, -most, most) for r in stretches]

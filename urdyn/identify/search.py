@@ -29,6 +29,7 @@ from urdyn.identify.map_estimate import (
 from urdyn.identify.noise import GAUSSIAN, Noise, fit_noise, white_noise
 from urdyn.identify.rank import data_rank
 from urdyn.identify.select import select_terms
+from urdyn.identify.typical_noise import typical_noise
 from urdyn.identify.unknowns import PayloadPrior, Unknowns
 from urdyn.model.arm import Arm
 from urdyn.model.dynamics import Dynamics
@@ -189,10 +190,10 @@ def _noise(state: State, loaded: Loaded, plain: bool = False, apart: bool = True
     """Noise of the point's residuals in motions of one rate; `apart`: near reversals separately."""
     left = _joint_by_joint(residuals(point, motion, band) for motion, point, _, band in loaded)
     step = float(np.mean([median_step(motion.t) * band.every for motion, *_, band in loaded]))
-    near = _turnings(loaded) if apart else None
+    usual, near = typical_noise(state.point.arm, step), _turnings(loaded) if apart else None
     if plain:
-        return white_noise(left, step, near)
-    return fit_noise(left, step, _absorbed(state, loaded), near)
+        return white_noise(left, step, usual, near)
+    return fit_noise(left, step, usual, _absorbed(state, loaded), near)
 
 
 def _turnings(loaded: Loaded) -> list[list[Mask]]:

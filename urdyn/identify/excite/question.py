@@ -17,8 +17,8 @@ from urdyn.identify.excite.columns import TERMS, Columns, columns
 from urdyn.identify.excite.interest import interesting, of_payload
 from urdyn.identify.fit import Fit
 from urdyn.identify.map_estimate import linearised
-from urdyn.identify.noise import GAUSSIAN, MAX_ORDER, Noise, regressed
-from urdyn.identify.slow import MEMORY
+from urdyn.identify.noise import GAUSSIAN, Noise
+from urdyn.identify.typical_noise import typical_noise
 from urdyn.identify.unknowns import PayloadPrior, Unknowns
 from urdyn.model.arm import Arm
 from urdyn.model.consistency import inertials
@@ -26,7 +26,7 @@ from urdyn.model.drive import LINEAR, STEPS
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.moments import generic_moments
 from urdyn.model.population import population
-from urdyn.simulate import Payload, real_sensors
+from urdyn.simulate import Payload
 from urdyn.types import Array, freeze
 
 DOUBT = 1e-3  # [-] weight left to the population's prior where that is doubted
@@ -96,7 +96,7 @@ def question(
     bare = about or (population(arm).typical() if twin is None else twin.dynamics)
     carried = _carried(payload, loads)
     point = replace(bare, payload=sum(carried, tool))
-    noise = _typical_noise(arm, 1.0 / rate) if twin is None else twin.noise.at(1.0 / rate)
+    noise = typical_noise(arm, 1.0 / rate) if twin is None else twin.noise.at(1.0 / rate)
     rate = min(rate, 1.0 / noise.step) if noise.keep else rate
     scores = unknowns.score(point, tuple(carried))
     W = _weights(unknowns, point, scores, 0 if loads else None, level(noise))
@@ -109,19 +109,6 @@ def level(noise: Noise) -> Array:
     counted = noise.counted
     scale = np.where(noise.dof < GAUSSIAN, counted.scale, noise.scale)
     return np.sqrt(replace(counted, scale=scale).gentle)
-
-
-def _typical_noise(arm: Arm, step: float) -> Noise:
-    """What recordings show beside any model, in rows `step` [s] apart or a cycle, if longer."""
-    sensors = real_sensors(arm)
-    step = max(step, sensors.cycle)
-    lags = np.linspace(0.0, MAX_ORDER * step, MAX_ORDER + 1)
-    each = np.array([band.correlation(lags) for band in sensors.bands])
-    lasts = np.array([band.time >= MEMORY for band in sensors.bands])
-    quick, share = each[~lasts].sum(axis=0), each[lasts, 0].sum(axis=0)
-    quick[0] = 1.0 - share  # with what is white
-    sd = sensors.current_noise
-    return regressed(quick * sd**2, np.sqrt(share) * sd, step)
 
 
 def _unknowns(arm: Arm, twin: Fit | None, loads: tuple[PayloadPrior, ...]) -> Unknowns:
