@@ -13,6 +13,7 @@ from urdyn.identify import Fit, Score, batch, identify, validate
 from urdyn.identify.another_load import another_load
 from urdyn.identify.scoring import amiss_in
 from urdyn.model.arm import Arm
+from urdyn.model.population import population
 from urdyn.report.identify.doubts import (
     doubts,
     otherwise_warm,
@@ -20,12 +21,12 @@ from urdyn.report.identify.doubts import (
     slopes,
     smooth,
     unexplained,
-    unmeasured,
+    unlearnt,
 )
 from urdyn.report.identify.page import identify_page
 from urdyn.signal import condition
 from urdyn.simulate import Payload, simulate
-from urdyn.types import Array, Log
+from urdyn.types import Array, Gaussian, Log
 
 SWAPPED = [2, 1, 0, 3, 4, 5]  # alphabetical order of the names: the elbow comes first
 
@@ -94,23 +95,26 @@ def test_a_piece_that_was_picked_up_or_put_down_in_a_log_is_told(
     assert said not in doubts(identified, [no_model])
 
 
-def test_a_joint_without_a_current_is_said_to_be_what_is_typical(identified: Fit, log: Log) -> None:
-    i = log.channels["actual_current"].copy()
-    i[:, 2] = np.nan
-    [said] = unmeasured(identified, [validate(identified, currents(log, i))])
-    assert said.startswith("no current of elbow is in")
+@pytest.mark.parametrize("share", [0.2, 0.8])
+def test_a_joint_of_which_most_is_prior_is_said_to_be_what_is_typical(
+    identified: Fit, share: float
+) -> None:
+    at, cov = identified.names.index("elbow_joint.coulomb"), identified.belief.cov.copy()
+    cov[at, at] = share * population(identified.dynamics.arm).drive["coulomb"].sd[2] ** 2
+    fit = replace(identified, belief=Gaussian(identified.belief.mean, cov))
+    said = doubts(fit, [])
+    assert said == unlearnt(fit) and len(said) == (share > 0.5)
+    assert all(one.startswith("next to no motion of elbow with a current") for one in said)
 
 
-def test_so_is_one_whose_current_never_changes(
+def test_no_fit_is_made_to_a_current_that_never_changes(
     ur5e: Arm, identified: Fit, log: Log, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """No fit is made to it, which would take it for friction and blame other joints."""
+    """It would be taken for friction, and other joints be blamed."""
     i = log.channels["actual_current"].copy()
     i[:, 2] = 0.5
     lost, dead = np.where(i == 0.5, np.nan, i), currents(log, i)
     score = validate(identified, dead)
-    [said] = doubts(identified, [score])
-    assert said.startswith("no current of elbow is in")
     [left_out] = score.log.defects
     assert str(left_out).startswith(f"{len(log)} x current that never changes while its joint")
     monkeypatch.setattr(batch, "search", lambda _, runs, *rest: runs)

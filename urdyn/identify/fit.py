@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -11,7 +12,8 @@ from urdyn.given import given_a
 from urdyn.identify.noise import Noise
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import fading
-from urdyn.types import Array, Gaussian, Parameters, Source, freeze, index_of
+from urdyn.model.population import population
+from urdyn.types import Array, Gaussian, Mask, Parameters, Source, freeze, index_of
 
 TINY = 1e-9  # [kg]
 
@@ -92,6 +94,13 @@ class Fit:
                 if (name := f"{joint}.{field}") in self.names:
                     slopes[j, self.names.index(name)] = slope[j]
         return slopes
+
+    @cached_property
+    def unlearnt(self) -> Mask:
+        """Joints whose friction the prior tells rather than data, (J,): they hardly moved."""
+        at = [self.names.index(f"{joint}.coulomb") for joint in self.dynamics.arm.joint_names]
+        prior = population(self.dynamics.arm).drive["coulomb"].sd
+        return np.asarray(self.belief.cov.diagonal()[at] > 0.5 * prior**2)
 
     def informed(self, name: str) -> float:
         """How much of the prior's variance the data removed: 0 nothing, 1 all.

@@ -57,7 +57,10 @@ OTHERWISE_WARM = (
     "joints were up to {} K {} than in the twin's logs, which do not tell what warmth does to {}: "
     "friction differs by more than the intervals say; compare warm with warm"
 )
-UNMEASURED = "no current of {} is in any log: its values are only what is typical"
+UNLEARNT = (
+    "next to no motion of {} with a current is in any log: values and noise of such joints are "
+    "only what is typical, and diagnosis does not judge them"
+)
 
 
 def doubts(fit: Fit, scores: Sequence[Score]) -> list[str]:
@@ -66,7 +69,7 @@ def doubts(fit: Fit, scores: Sequence[Score]) -> list[str]:
         *slopes(scores),
         *smooth(scores),
         *skewed(fit),
-        *unmeasured(fit, scores),
+        *unlearnt(fit),
         *misnamed(fit, scores),
         *(unexplained(fit, scores) or picked(fit, scores)),  # a load is sought by a model that fits
         *unlike(fit),
@@ -107,11 +110,10 @@ def otherwise_warm(fit: Fit, scores: Sequence[Score]) -> list[str]:
     return [OTHERWISE_WARM.format(number(abs(most)), "warmer" if most > 0.0 else "colder", which)]
 
 
-def unmeasured(fit: Fit, scores: Sequence[Score]) -> list[str]:
-    """Joints about which nothing was learnt."""
-    told = [np.isfinite(s.log.joint("actual_current")).any(axis=0) for s in scores]
-    which = _named(fit, ~np.any(told, axis=0)) if told else ""
-    return [UNMEASURED.format(which)] if which else []
+def unlearnt(fit: Fit) -> list[str]:
+    """Joints about which next to nothing was learnt."""
+    which = _named(fit, fit.unlearnt)
+    return [UNLEARNT.format(which)] if which else []
 
 
 def slopes(scores: Sequence[Score]) -> list[str]:
