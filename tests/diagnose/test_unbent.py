@@ -11,6 +11,7 @@ from scipy.signal import lfilter
 from shop import Shop
 
 from urdyn.diagnose import Finding, Report, diagnose
+from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.fast import Fast
 from urdyn.diagnose.fault import Fault
@@ -19,8 +20,9 @@ from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.slow import Slow
 from urdyn.diagnose.space import space
 from urdyn.diagnose.state import Now
+from urdyn.model.population import population
 from urdyn.signal import Instant, condition
-from urdyn.types import Log
+from urdyn.types import Gaussian, Log
 
 RATE, SLOW = 100.0, 25.0  # [Hz]
 NAMES = ("q", "v", "a", "jerk", "current", "temperature", "shift", "instrumental")
@@ -46,12 +48,10 @@ def test_a_loop_that_rings_in_bursts_is_no_noisy_sensor_and_rings_since_the_firs
     """The first is too short for a swing, and loud; the beat that tells of it is bent already."""
     where, rng = space(shop.fit), np.random.default_rng(3)
     t, start, step = np.arange(0.0, 8.0, 0.008), 4.0, 30
-    shapes = {"tool": (len(t), 6, 10), "drive": (len(t), ROTOR + 1, 6)}
-    given = {f.name: np.zeros(shapes.get(f.name, (len(t), 6))) for f in fields(Rows)}
     bursts = ((t > start) & (t < start + 0.85)) | (t > start + 1.35)
     current = where.noise * rng.standard_normal((len(t), 6))
     current[:, 0] += 2.0 * bursts * np.sin(2.0 * np.pi * 26.6 * t)
-    seen = Rows(**given | {"t": t, "current": current})
+    seen = _unasked(t, current)
     fast = Fast(where, 0.008, read_rules().fast, 1e-3)
     state, events = fast.init(), list[Event]()
     while not events:
@@ -60,6 +60,38 @@ def test_a_loop_that_rings_in_bursts_is_no_noisy_sensor_and_rings_since_the_firs
     assert {(event.kind, event.joint) for event in events} == {("controller_instability", 0)}
     assert abs(events[0].onset - start) < events[0].within
     assert untrue[:, 0].all() and not untrue[:, 1:].any()
+
+
+def _unasked(t: np.ndarray, current: np.ndarray) -> Rows:
+    """Currents (N, 6) [A] of an arm that would take none."""
+    shapes = {"tool": (len(t), 6, 10), "drive": (len(t), ROTOR + 1, 6)}
+    given = {f.name: np.zeros(shapes.get(f.name, (len(t), 6))) for f in fields(Rows)}
+    return Rows(**given | {"t": t, "current": current})
+
+
+@pytest.mark.parametrize("learnt", [True, False])
+def test_friction_that_commissioning_left_unknown_is_no_push(shop: Shop, learnt: bool) -> None:
+    where, t = space(shop.fit), np.arange(0.0, 3.0, 0.008)
+    where = replace(where, unlearnt=~np.full(6, learnt) & (np.arange(6) < 3))
+    current = where.noise * np.random.default_rng(4).standard_normal((len(t), 6))
+    current[(t > 1.5) & (t < 1.8), :3] += 20.0 * where.noise[:3]
+    fast = Fast(where, 0.008, read_rules().fast, 1e-3)
+    _, events, untrue = fast.step(fast.init(), _unasked(t, current), np.zeros((1, 10)))
+    assert (untrue == where.unlearnt).all()  # nor does it tell the slow kinds anything
+    assert {event.kind for event in events} == ({"collision"} if learnt else set())
+
+
+def test_a_joint_that_commissioning_left_unknown_is_not_judged(shop: Shop) -> None:
+    at = [shop.fit.names.index(f"{joint}.coulomb") for joint in shop.fit.dynamics.arm.joint_names]
+    cov, prior = shop.fit.belief.cov.copy(), population(shop.fit.dynamics.arm).drive["coulomb"].sd
+    cov[at[4], at[4]] = prior[4] ** 2
+    fit = replace(shop.fit, belief=Gaussian(shop.fit.belief.mean, cov))
+    diagnosis = Diagnosis(fit, 0.008)
+    state = diagnosis.init()
+    reversals = replace(state.fast.reversals, slid=np.full(6, 60.0))
+    state = replace(state, fast=replace(state.fast, reversals=reversals))
+    state = replace(state, book=replace(state.book, upto=60.0))
+    assert diagnosis.judged(state) == [True, True, True, True, False, True]
 
 
 def test_the_drive_that_does_most_rings_whichever_line_is_the_clearest(shop: Shop) -> None:

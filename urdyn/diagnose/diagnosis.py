@@ -236,11 +236,11 @@ class Diagnosis:
         return self.fast.observable(state.fast)
 
     def judged(self, state: State) -> list[bool]:
-        """Joint by joint, whether it has moved for long enough to be judged.
+        """Joint by joint, whether it has moved for long enough to be judged, at commissioning too.
 
         None is before the first block was compared.
         """
-        moved = state.fast.reversals.slid > MOVED
+        moved = (state.fast.reversals.slid > MOVED) & ~self.space.unlearnt
         return [bool(enough) for enough in moved & np.isfinite(state.book.upto)]
 
     def over(self, motion: Motion, s: Array, travelled: Array) -> tuple[State, list[Finding]]:

@@ -89,7 +89,9 @@ class Fast:
             rows = replace(rows, current=np.where(torn, np.nan, rows.current))
         perhaps = self.oscillation.perhaps(state.heard, now)
         sensors, sick, ill = self.sensors.step(state.sensors, rows, torn, perhaps)
-        doubted = ill | self.sensors.unsteady(sensors)
+        # What commissioning has not told of a joint would pass for pushes, gaps and wear.
+        unknown = self.space.unlearnt
+        doubted = ill | self.sensors.unsteady(sensors) | unknown
         quiet, pushes = self.collision.step(state.quiet, rows, carried, doubted)
         heard, rings = self.oscillation.step(state.heard, rows, ill)
         ringing = self.oscillation.ringing(heard, now)
@@ -103,7 +105,7 @@ class Fast:
             loud=quiet.loud,
         )
         events = [*sick, *pushes, *rings, *gaps, *shifted(rows, self.jump)]
-        untrue = ill | open_now | ringing | torn
+        untrue = ill | open_now | ringing | torn | unknown
         return FastState(sensors, quiet, heard, reversals), events, untrue
 
     def observable(self, state: FastState) -> list[dict[str, Any]]:

@@ -19,7 +19,7 @@ from urdyn.identify.slow import MEMORY
 from urdyn.model.arm import Arm
 from urdyn.model.dynamics import Dynamics
 from urdyn.tracking.commissioned import commissioned, gains_of, shown_links
-from urdyn.types import Array, Index, freeze, frozen
+from urdyn.types import Array, Index, Mask, freeze, frozen
 
 GROUPS = ("k", "m", "payload", "f", "alpha", "beta", "z", "o", "rotor", "gain")
 
@@ -32,6 +32,7 @@ class Space:
     shown: Array  # (10 J, r) inertials per unit of m
     cov: Array  # (n, n) of the fit
     colour: Noise  # of the residual, from commissioning
+    unlearnt: Mask  # (J,) joints of whose friction commissioning has told next to nothing
 
     def __post_init__(self) -> None:
         freeze(self, "shown", "cov")
@@ -85,7 +86,7 @@ class Space:
 def space(fit: Fit) -> Space:
     """The space of a fit; drive gains are as commissioned: health is relative to them."""
     scores, shown = shown_links(fit)
-    return Space(fit.dynamics, shown, _cov(fit, scores), fit.noise)
+    return Space(fit.dynamics, shown, _cov(fit, scores), fit.noise, fit.unlearnt)
 
 
 def _places(joints: int, r: int) -> dict[str, slice]:
