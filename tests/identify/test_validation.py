@@ -29,7 +29,7 @@ from urdyn.simulate import (
     typical_sensors,
     virtual_arm,
 )
-from urdyn.types import STANDSTILL, Array, Log, Mask
+from urdyn.types import NORMAL90, STANDSTILL, Array, Gaussian, Log, Mask, Motion
 
 CHANCE = 1e-3
 
@@ -52,8 +52,16 @@ def all_knowing(identified: Fit, truth: Dynamics, white: Sensors) -> Fit:
     """The fit of somebody who was told the arm and its noise."""
     sd = white.current_noise
     return replace(
-        identified, dynamics=truth, noise=Noise(sd, sd, np.full(6, 1e9), np.zeros((6, 0)))
+        identified,
+        dynamics=truth,
+        belief=certain(identified),
+        noise=Noise(sd, sd, np.full(6, 1e9), np.zeros((6, 0))),
     )
+
+
+def certain(fit: Fit) -> Gaussian:
+    """Its belief, of somebody who knows all parameters."""
+    return Gaussian(fit.belief.mean, np.zeros_like(fit.belief.cov))
 
 
 def observed(truth: Dynamics, sensors: Sensors) -> Log:
@@ -160,13 +168,33 @@ def test_a_joint_that_never_moves_has_no_interval_to_be_judged_by(
 
 
 @pytest.mark.parametrize("dof", [4.5, 10.0, 1e9])
-def test_the_interval_holds_its_share_of_noise_with_tails(dof: float, identified: Fit) -> None:
+def test_the_interval_holds_its_share_of_noise_with_tails(
+    dof: float, identified: Fit, motion: Motion
+) -> None:
     rows, one = 40_000, np.ones(6)
-    fit = replace(identified, noise=Noise(one, one, dof * one, np.zeros((6, 0))))
+    noise, sure = Noise(one, one, dof * one, np.zeros((6, 0))), certain(identified)
+    fit = replace(identified, noise=noise, belief=sure)
     rng = np.random.default_rng(1)
     unit = rng.standard_t(dof, rows) * np.sqrt((dof - 2.0) / dof)  # sd 1
     low, high = binom.interval(1.0 - CHANCE, rows, 0.9)
-    assert low <= np.sum(np.abs(unit) <= interval(fit)[0]) <= high
+    assert low <= np.sum(np.abs(unit) <= interval(fit, motion.slice(0, 1))[0, 0]) <= high
+
+
+@pytest.mark.parametrize("name", ["coulomb", "viscous", "gain", "rotor_inertia"])
+def test_the_interval_has_in_it_what_is_not_known_of_a_parameter(
+    name: str, identified: Fit, all_knowing: Fit, motion: Motion
+) -> None:
+    """As far as it moves the predicted current, by finite differences of its logarithm."""
+    here, part, step, sd = identified.dynamics, motion.slice(0, 200), 1e-5, 0.3
+    at, cov = identified.names.index(f"elbow_joint.{name}"), certain(identified).cov.copy()
+    cov[at, at] = sd**2
+    belief = Gaussian(identified.belief.mean, cov)
+    fit = replace(identified, noise=all_knowing.noise, belief=belief)
+    more = getattr(here.drive, name) * np.where(np.arange(6) == 2, np.exp(step), 1.0)
+    other = replace(here, drive=replace(here.drive, **{name: more}))
+    slope = (other.current(part) - here.current(part)) / step
+    expected = NORMAL90 * np.hypot(fit.noise.sd, sd * slope)
+    np.testing.assert_allclose(interval(fit, part), expected, atol=1e-3)
 
 
 @pytest.mark.parametrize("rate", [100.0, 125.0, 500.0])

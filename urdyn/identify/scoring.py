@@ -20,6 +20,7 @@ from urdyn.identify.band import low_passed
 from urdyn.identify.design import SETTLED
 from urdyn.identify.enough import dead, too_few
 from urdyn.identify.fit import Fit, Fitted, fit_in
+from urdyn.identify.unsure import unsure
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.whose import require_own
 from urdyn.signal import conditioned, measured
@@ -41,6 +42,7 @@ class Score:
     # (J,) share of the measured current above FLOOR_BAND; NaN where low_passed, or sampled slowly.
     floor_percent: Array
     low_passed: bool  # the current, before it was recorded
+    half: Array  # (N, J) [A] half width of the 90 % interval of a sample
     moves: Mask  # (N, J) rows with a current in which the joint moves and its friction is known
     standing: Array  # (J,) share of the rows with a current in which it stands [-]
     moving_rre_percent: Array  # (J,) rre_percent of the rows in `moves`
@@ -74,7 +76,7 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
     told = np.isfinite(error)
     slides = told & (np.abs(motion.v) > STANDSTILL)
     moves = slides & _known(fit.dynamics, motion)
-    moving_error = np.where(moves, error, np.nan)
+    moving_error, half = np.where(moves, error, np.nan), interval(fit, motion)
     return Score(
         log=log,
         predicted=predicted,
@@ -83,10 +85,11 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
         target_rre_percent=_percent(target_error, motion.current),
         floor_percent=_percent_of(floor, _rms(motion.current)),
         low_passed=filtered,
+        half=half,
         moves=moves,
         standing=1.0 - _share(slides, told),
         moving_rre_percent=_percent(moving_error, motion.current),
-        coverage90=_share(np.abs(moving_error) <= interval(fit), moves),
+        coverage90=_share(np.abs(moving_error) <= half, moves),
     )
 
 
@@ -146,11 +149,14 @@ def noise_floor(t: Array, current: Array) -> Array:
     return _rms(quick)
 
 
-def interval(fit: Fit) -> Array:
-    """Half width of the 90 % interval of a sample of current, (J,) [A]."""
+def interval(fit: Fit, motion: Motion) -> Array:
+    """Half width of the 90 % interval of a sample of current, (N, J) [A].
+
+    Of its noise, and of what is unknown of the parameters.
+    """
     dof = fit.noise.dof
     quantile = student.ppf(0.95, dof) * np.sqrt((dof - 2.0) / dof)
-    return np.asarray(quantile * fit.noise.sd)
+    return np.asarray(quantile * np.hypot(fit.noise.sd, unsure(fit, motion)))
 
 
 def _share(part: Mask, whole: Mask) -> Array:

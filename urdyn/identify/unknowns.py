@@ -13,10 +13,11 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.given import given_number, positive
+from urdyn.identify.fit import Fit
 from urdyn.model.consistency import log_cholesky
 from urdyn.model.drive import LINEAR, SHAPE
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.population import OPTIONAL, Population
+from urdyn.model.population import OPTIONAL, Population, population
 from urdyn.types import Array
 
 TIME_OFFSET_SD = 5e-3  # [s] sd of a recorder's skew between streams
@@ -127,3 +128,10 @@ class Unknowns:
     def _coordinate(self, field: str, value: float) -> float:
         positive = self.prior.drive[field].positive
         return float(np.log(max(value, 1e-12))) if positive else float(value)
+
+
+def unknowns_of(fit: Fit, payloads: tuple[PayloadPrior, ...] = ()) -> Unknowns:
+    """The unknowns of a fit's arm and tool, with these payloads instead of those of its logs."""
+    sought = any(name.endswith(".gain") for name in fit.names)
+    gain, own = None if sought else fit.dynamics.drive.gain, population(fit.dynamics.arm)
+    return Unknowns(own, fit.terms, gain, payloads, fit.dynamics.payload)

@@ -19,7 +19,7 @@ from urdyn.identify.fit import Fit
 from urdyn.identify.map_estimate import linearised
 from urdyn.identify.noise import GAUSSIAN, Noise
 from urdyn.identify.typical_noise import typical_noise
-from urdyn.identify.unknowns import PayloadPrior, Unknowns
+from urdyn.identify.unknowns import PayloadPrior, Unknowns, unknowns_of
 from urdyn.model.arm import Arm
 from urdyn.model.consistency import inertials
 from urdyn.model.drive import LINEAR, STEPS
@@ -115,9 +115,7 @@ def _unknowns(arm: Arm, twin: Fit | None, loads: tuple[PayloadPrior, ...]) -> Un
     """The unknowns of an identification: those of the twin, or those that every joint has."""
     if twin is None:
         return Unknowns(population(arm), (frozenset[str](),) * arm.joints, None, loads)
-    sought = any(name.endswith(".gain") for name in twin.names)
-    gain = None if sought else twin.dynamics.drive.gain
-    return Unknowns(population(arm), twin.terms, gain, loads, twin.dynamics.payload)
+    return unknowns_of(twin, loads)
 
 
 def _carried(payload: Payload | None, loads: tuple[PayloadPrior, ...]) -> list[Array]:

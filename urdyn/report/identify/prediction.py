@@ -8,7 +8,6 @@ import numpy as np
 import plotly.graph_objects as go
 
 from urdyn.identify import Fit, Score
-from urdyn.identify.scoring import interval
 from urdyn.model.friction import RIPPLE_ORDER
 from urdyn.report.canvas import AXIS, BAND, LEFT, MEASURED, OURS, SHADE, band, figure, line, shade
 from urdyn.report.digits import number, percent
@@ -73,24 +72,23 @@ def _currents(fit: Fit, score: Score) -> Iterator[Html]:
     source = score.log.source
     yield tag("h3", text(f"{title(source)} · {seen(fit, source)}"))
     yield key({"measured": MEASURED, "predicted": OURS, "residual": LEFT, "90 % interval": BAND})
-    half = interval(fit)
     plots = (
-        plot(_current(score, j, float(half[j])), name, f"{number(score.rre_percent[j])} %")
+        plot(_current(score, j), name, f"{number(score.rre_percent[j])} %")
         for j, name in enumerate(joints(fit))
     )
     yield grid(*plots, kind="two")
 
 
-def _current(score: Score, j: int, half: float) -> go.Figure:
+def _current(score: Score, j: int) -> go.Figure:
     """Both currents above, their difference and its 90 % interval below."""
     t = score.log.t - score.log.t[0]
     measured, left = score.log.joint("actual_current")[:, j], residual(score)[:, j]
-    m, p, r = (downsample(x, POINTS) for x in (measured, score.predicted[:, j], left))
-    ends = t[[0, -1]]
+    half = score.half[:, j]
+    m, p, r, b = (downsample(x, POINTS) for x in (measured, score.predicted[:, j], left, half))
     traces = [
         line(t[m], measured[m], "measured", MEASURED, 1.4),
         line(t[p], score.predicted[p, j], "predicted", OURS, 1.2),
-        *band(ends, np.full(2, -half), np.full(2, half), "90 % interval", yaxis="y2"),
+        *band(t[b], -half[b], half[b], "90 % interval", yaxis="y2"),
         line(t[r], left[r], "residual", LEFT, 0.8, yaxis="y2"),
     ]
     below = AXIS | {"domain": [0.0, 0.27], "nticks": 4, "title": {"text": "error [A]"}}
