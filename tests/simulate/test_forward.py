@@ -134,10 +134,9 @@ def test_a_tracker_sees_links_which_lag_behind_their_motors_by_the_load(arm, dyn
     )
     np.testing.assert_array_equal(rigid[1], rigid[0].joint("actual_q"))
     log, links = soft
-    lag = gears.stiffness * (log.joint("actual_q") - links).mean(axis=0)
-    load = dynamics.load(held.at(t)).mean(axis=0)
-    # Links sag at first and swing at 60 rad/s about where they end: 1 / (w t) of that is in means.
-    np.testing.assert_allclose(lag[1:3], load[1:3], rtol=0.05)
+    lag, load = gears.stiffness * (log.joint("actual_q") - links), dynamics.load(held.at(t))
+    # From the first row on: links that fell from unwound gears would swing by all of it.
+    np.testing.assert_allclose(lag[:, 1:3], load[:, 1:3], rtol=0.02)
     poses = [watched(dynamics, t, q, 50.0, rng()) for q in (links, log.joint("actual_q"))]
     apart = np.linalg.norm([poses[0].channels[k] - poses[1].channels[k] for k in "xyz"], axis=0)
     assert apart[-1] > 1e-3

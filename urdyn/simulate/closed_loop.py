@@ -40,7 +40,7 @@ def closed_loop(
     course: Course,
     gears: Gears | None,
 ) -> Iterator[Tick]:
-    """The arm following `targets`; it starts at rest on their first row.
+    """The arm following `targets`; it starts at rest on their first row, its gears wound.
 
     Args:
         targets: one row per tick of the controller.
@@ -50,7 +50,8 @@ def closed_loop(
     """
     period = targets.step
     substeps = int(np.ceil(period / (ELASTIC_STEP if gears else RIGID_STEP) - 1e-9))
-    plant, x = Plant(dynamics, gears), PlantState.rest(targets.q[0])
+    plant = Plant(replace(dynamics, payload=course.payload[0]), gears)
+    x = plant.rest(targets.q[0], course.half_gap[0])
     past = deque([x], maxlen=LONGEST_DELAY)
     total = np.zeros(targets.joints)
     for k in range(len(targets)):

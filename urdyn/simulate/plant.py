@@ -16,13 +16,15 @@ the stiffest gear. Friction is on the motor side, and `|tau_load|` is that of th
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import Contact, follow, friction_torque, present
 from urdyn.types import Array
+
+SETTLED = 4  # times that gears are wound anew by gravity where they now hold; each leaves some 1 %
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +80,20 @@ class Plant:
         built = self.dynamics.arm.accelerator(self.dynamics.loaded(), armature)
         object.__setattr__(self, "accelerate", built)
         object.__setattr__(self, "terms", present(self.dynamics.drive))
+
+    def rest(self, theta: Array, gap: Array) -> PlantState:
+        """At rest with motors at theta, (J,) [rad]: gears are wound by gravity.
+
+        Args:
+            gap: half width of the gears' dead zone, (J,) [rad].
+        """
+        x = PlantState.rest(theta)
+        if self.gears is None:
+            return x
+        for _ in range(SETTLED):
+            load = self.dynamics.arm.torque(x.q, x.v, x.v, self.dynamics.loaded())
+            x = replace(x, q=theta - load / self.gears.stiffness - gap * np.sign(load), load=load)
+        return x
 
     def step(self, x: PlantState, tau: Array, around: Surroundings, h: float) -> PlantState:
         """The state `h` seconds later under motor torque `tau`, (J,) [N·m]."""
