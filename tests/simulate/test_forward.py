@@ -142,6 +142,19 @@ def test_a_tracker_sees_links_which_lag_behind_their_motors_by_the_load(arm, dyn
     assert apart[-1] > 1e-3
 
 
+def test_a_loop_is_tuned_to_the_rotors_that_it_turns(arm, dynamics):
+    """However light: one that asks for ten times the torque in each cycle rings from the first."""
+    t, light = np.arange(50) * CYCLE, np.where(np.arange(6) < 3, dynamics.drive.rotor_inertia, 0.02)
+    pose = np.tile([0.3, -0.8, 0.9, -0.4, 1.2, 0.1], (len(t), 1))
+    held, elastic = (
+        Trajectory(t, pose, 0 * pose, 0 * pose),
+        partial(forward, gears=typical_gears(arm)),
+    )
+    other = replace(dynamics, drive=replace(dynamics.drive, rotor_inertia=light))
+    log = seen(other, held, fidelity=elastic)
+    assert np.abs(log.joint("actual_qd")).max() < 0.1
+
+
 @pytest.mark.parametrize(
     "fault",
     [

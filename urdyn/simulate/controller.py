@@ -41,14 +41,9 @@ class Controller:
         return np.clip(ahead + factor * loop, -self.limit, self.limit)
 
 
-def typical_controller(dynamics: Dynamics, gain: Array) -> Controller:
-    """A controller tuned to an arm as its maker knows it.
-
-    Args:
-        gain: that it assumes of its drives, (J,) [N·m/A].
-    """
+def typical_controller(dynamics: Dynamics) -> Controller:
+    """A controller tuned to an arm as its maker knows it."""
     arm, drive = dynamics.arm, dynamics.drive
     stretched = np.zeros(arm.joints)
     mass = arm.torque_derivatives(stretched, stretched, stretched, dynamics.loaded())[2]
-    inertia = np.diag(mass) + drive.rotor_inertia
-    return Controller(inertia, gain, arm.effort_limit)
+    return Controller(np.diag(mass) + drive.rotor_inertia, drive.gain, arm.effort_limit)

@@ -48,9 +48,8 @@ def forward(
     lived = course(dynamics, events, ticks)
     if gears is None and lived.half_gap.any():
         gears = typical_gears(dynamics.arm)  # a gap needs elastic gears
-    nominal = replace(population(dynamics.arm).typical(), payload=dynamics.payload)
-    controller = typical_controller(nominal, dynamics.drive.gain)
-    targets = Trajectory(ticks, asked.q, asked.v, asked.a)
+    nominal = _nominal(dynamics)
+    controller, targets = typical_controller(nominal), Trajectory(ticks, asked.q, asked.v, asked.a)
     loop = closed_loop(dynamics, controller, targets, nominal.torque(asked), lived, gears)
     rows = [(x.state.theta, x.state.omega, x.state.q, x.state.load, x.current) for x in loop]
     q, v, links, load, current = (np.array(column) for column in zip(*rows, strict=True))
@@ -70,6 +69,16 @@ def forward(
         # A current is held from its tick to the next: its time is the middle between them.
         later = _between(current, (t[part] + dynamics.drive.time_offset) / SERVO - 0.5)
         yield Followed(part, now, motion, links[at], load[at], later)
+
+
+def _nominal(dynamics: Dynamics) -> Dynamics:
+    """The arm as its maker knows it: a typical one, but with its own motors.
+
+    A loop that is tuned to ten times a rotor's inertia rings at half the controller's rate.
+    """
+    typical, own = population(dynamics.arm).typical(), dynamics.drive
+    drive = replace(typical.drive, gain=own.gain, rotor_inertia=own.rotor_inertia)
+    return replace(typical, drive=drive, payload=dynamics.payload)
 
 
 def _between(values: Array, place: Array) -> Array:
