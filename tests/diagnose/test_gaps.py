@@ -132,6 +132,7 @@ def test_a_load_that_turns_over_slowly_is_said_to_show_no_gap(shop: Shop) -> Non
     row = _seen(report, 5)
     assert not report.findings
     assert not row["observable"] and "not observable" in row["why"] and "wrist_3" in row["probe"]
+    assert "no motion" in row["probe"]
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from shop import Shop
+from typer.main import get_command
 
+from urdyn.cli.app import app
+from urdyn.cli.excite import _joint
 from urdyn.diagnose.backlash import Backlash
 from urdyn.diagnose.observability import Observability
 from urdyn.diagnose.pace import BEAT
@@ -19,7 +23,7 @@ from urdyn.identify.excite.probe import LEAST, probe
 from urdyn.identify.excite.proof import Safe
 from urdyn.model.cell import STANDING
 from urdyn.model.collision import collider
-from urdyn.simulate import Trajectory
+from urdyn.simulate import Payload, Trajectory
 from urdyn.simulate.limits import GENTLE_ACCELERATION, comfortable
 from urdyn.simulate.trajectory import grid
 
@@ -59,3 +63,21 @@ def test_the_probe_of_a_joint_shows_a_milliradian(
         )
     row = Observability(test.space, test.rule).of(state)[joint]
     assert row["observable"], row
+
+
+@pytest.mark.parametrize(("mass", "light"), [(0.0, [3, 4, 5]), (5.0, [])])
+def test_the_probe_is_proposed_unless_a_joint_bears_too_little_to_show_a_gap(
+    shop: Shop, mass: float, light: list[int]
+) -> None:
+    """As the command line takes it. A load out of its axis makes a wrist bear enough."""
+    payload = Payload(mass, np.array([0.1, 0.0, 0.1])).inertials() if mass else np.zeros(10)
+    of = space(shop.fit)
+    of = replace(of, reference=replace(of.reference, payload=payload))
+    test = Backlash(of, 1.0 / RATE, read_rules().fast.joint_backlash)
+    told = [row["probe"] for row in Observability(of, test.rule).of(test.init())]
+    arm, asked = of.reference.arm, "urdyn excite --kind probe --joint "
+    names = [re.search(asked + r"(\w+)", text)[1] for text in told]
+    assert [_joint(arm, name, "probe") for name in names] == list(range(arm.joints))
+    known = {option for each in get_command(app).commands["excite"].params for option in each.opts}
+    assert {option for text in told for option in re.findall(r"--[a-z-]+", text)} < known
+    assert [j for j, text in enumerate(told) if "no motion" in text] == light

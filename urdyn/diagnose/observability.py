@@ -1,7 +1,7 @@
-"""The least gap that a motion could show, joint by joint, and a motion that would show it.
+"""The least gap that a motion could show, joint by joint, and what would show it.
 
-While gravity keeps a gear on one flank no gap can be seen, however wide: this is reported, with a
-motion in which the load reverses.
+While gravity keeps a gear on one flank no gap can be seen, however wide: this is reported, with the
+probe in which the load reverses.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from urdyn.diagnose.crossing import GAPS
 from urdyn.diagnose.fast_rules import BacklashRule
 from urdyn.diagnose.flight import FLIGHTS
 from urdyn.diagnose.space import Space
+from urdyn.simulate.limits import ACCELERATION
 
 WAYS = (np.arange(len(GAPS)), len(GAPS) + np.arange(len(FLIGHTS)))  # of crossing: motor's, link's
-POSES = 181  # among which a probe is sought
-LIGHT = 0.05  # [-] of friction: a load that varies by less does not reverse
+POSES = 181  # among which the heaviest load is sought
 MOVED = 1.0  # [s] of motion, after which a load has kept its gear on one flank
 
 
@@ -39,7 +39,8 @@ class Observability:
             seen = gap <= self.rule.critical
             row: dict[str, Any] = {"joint": j, "name": name, "reversals": count, "observable": seen}
             row |= {"half_gap_rad": gap if np.isfinite(gap) else None}
-            told.append(row if seen else row | self._probe(state, j))
+            how = {} if seen else {"why": self._why(state, j), "probe": self._probe(j)}
+            told.append(row | how)
         return told
 
     def _least(self, state: Reversals, j: int) -> float:
@@ -56,24 +57,21 @@ class Observability:
             return least[int(np.argmax([logsumexp(state.R[j][way]) for way in WAYS]))]
         return max(least)
 
-    def _probe(self, state: Reversals, j: int) -> dict[str, Any]:
-        """A motion in which this joint's load reverses."""
-        arm, J = self.space.reference.arm, self.space.joints
-        met = np.isfinite(state.lo)
-        middle = 0.5 * (np.where(met, state.lo, 0.0) + np.where(met, state.hi, 0.0))
-        q = np.tile(middle, (POSES, 1))
-        q[:, j] = np.linspace(max(arm.lower[j], -np.pi), min(arm.upper[j], np.pi), POSES)
-        still = np.zeros((POSES, J))
-        load = self.space.arm.torque(q, still, still)[:, j]
-        turns = np.flatnonzero(load[1:] * load[:-1] < 0.0)
-        why = self._why(state, j)
-        if np.ptp(load) < LIGHT * self.space.reference.drive.coulomb[j] or not len(turns):
-            how = f"turn {arm.joint_names[j]} back and forth by 0.3 rad, as fast as allowed"
-            return {"why": why, "probe": how}
-        best = turns[np.argmin(np.abs(q[turns, j] - middle[j]))]
-        pose = float(q[best, j])
-        how = f"turn {arm.joint_names[j]} to and fro by 0.2 rad about {pose:.2f} rad"
-        return {"why": why, "probe": how + ", where gravity turns over, as fast as allowed"}
+    def _probe(self, j: int) -> str:
+        """What shows a gap in this joint's gear."""
+        joint = self.space.reference.arm.joint_names[j].removesuffix("_joint")
+        probe = f"urdyn excite --kind probe --joint {joint}"
+        if self._heaviest(j) < self.space.reference.drive.coulomb[j]:
+            none = f"{joint} bears less than its friction: no motion shows a gap without a load"
+            return f"{none} to turn; with one, {probe} --payload-mass KG --payload-com X,Y,Z"
+        return f"{probe}; where that was the motion, with a higher --acceleration, or a load"
+
+    def _heaviest(self, j: int) -> float:
+        """The largest load that this joint bears in any pose, accelerated as hard as allowed."""
+        arm, rng = self.space.arm, np.random.default_rng(0)
+        q = np.clip(rng.uniform(-np.pi, np.pi, (POSES, arm.joints)), arm.lower, arm.upper)
+        a = np.broadcast_to(ACCELERATION * np.eye(arm.joints)[j], q.shape)
+        return float(np.abs(arm.torque(q, np.zeros_like(q), a)[:, j]).max())
 
     def _why(self, state: Reversals, j: int) -> str:
         """Why no gap could be seen."""

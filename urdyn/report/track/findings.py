@@ -114,15 +114,13 @@ def _drawn(finding: Mapping[str, Any], history: History) -> Html:
 
 
 def _blind(rows: Sequence[Mapping[str, Any]]) -> list[Html]:
-    """What this motion could not have shown, and a motion that would."""
+    """What this motion could not have shown, and what would."""
     hidden = [row for row in rows if not row["observable"]]
     if not hidden:
         return [paragraph("The motion would have shown backlash in every joint.", "note")]
     names = ", ".join(spoken(row["name"]) for row in hidden)
-    ways = (
-        tag("li", text(row["probe"].replace(row["name"], spoken(row["name"])))) for row in hidden
-    )
+    ways = (tag("li", text(row["probe"])) for row in hidden)
     return [
         paragraph(f"This motion could not have shown backlash in: {names}.", "note"),
-        tag("details", tag("summary", text("Motions that would")), tag("ul", *ways)),
+        tag("details", tag("summary", text("What would")), tag("ul", *ways)),
     ]
