@@ -145,6 +145,9 @@ def test_algorithm_2_is_as_the_paper_writes_it() -> None:
     assert status.severity == pytest.approx(0.0025 / 0.05)
     assert status.confidence == pytest.approx(0.0025 / 0.004)
     assert status.time_to_failure == pytest.approx((0.25 - 0.2025) / 0.0025)
+    past = detector.status(state)[0]
+    assert past.severity > 1.0
+    assert past.time_to_failure == pytest.approx((0.25 - theta[-1]) / 0.0025)
 
 
 def test_algorithm_2_names_its_kind_where_one_parameter_of_two_is_beyond() -> None:

@@ -61,7 +61,7 @@ class Status:
     kind: str  # "friction_increase" and the like
     severity: float  # [-] 0 at the warning level, 1 at the critical one
     confidence: float  # [-] .5 to .9 by the formula, not a probability; NaN of too few estimates
-    time_to_failure: float  # [steps] to the critical level; inf where nothing grows
+    time_to_failure: float  # [steps] to the critical level, negative past it; inf: nothing grows
 
 
 @dataclass(frozen=True, eq=False)
