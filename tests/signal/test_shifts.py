@@ -60,6 +60,17 @@ def test_nor_is_a_speed_that_goes_one_way_and_is_shaken(rate: float, seed: int) 
     assert not jumps(dt * np.arange(500), q, v, half_window(dt)).shift.any()
 
 
+def test_nor_is_a_swing_of_which_a_velocity_is_lost() -> None:
+    """Trapezoids over two steps are further off than those of the rows beside them."""
+    t, q, v = moving(500.0)
+    most, w, half = 8e-3, 2.0 * np.pi * 60.0, half_window(1.0 / 500.0)
+    q[:, 1] += most * np.sin(w * t)
+    v[:, 1] += most * w * np.cos(w * t)
+    for lost in range(500, 525):
+        known = np.where((np.arange(len(t)) == lost)[:, None], np.nan, v)
+        assert not jumps(t, q, known, half).shift.any()
+
+
 def test_how_far_a_way_may_be_off_is_never_more_than_an_acceleration_allows() -> None:
     rng, dt = np.random.default_rng(0), np.geomspace(1e-3, 1.0, 50)[:, None]
     speed, change = rng.uniform(0.0, 3.0, (2, 50, 6))

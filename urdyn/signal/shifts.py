@@ -55,7 +55,7 @@ def jumps(t: Array, q: Array, v: Array, half: int, last: Leap = NEVER) -> Jumps:
         last: the jump before.
     """
     told, misled = np.zeros_like(q), np.zeros(q.shape, dtype=bool)
-    way, reach = _beside_speeds(t, q, v)
+    way, reach, since = _beside_speeds(t, q, v)
     apart = np.abs(way) > reach
     leap, before, leaps = _beside_ways(t, q, v)
     beyond = apart | leaps
@@ -75,7 +75,8 @@ def jumps(t: Array, q: Array, v: Array, half: int, last: Leap = NEVER) -> Jumps:
         return Jumps(_first(t, told + rest.shift, last), misled | rest.misled)
     for k, j in np.argwhere(alone):
         beside = np.delete(way[max(k - half, 0) : k + half + 1, j], min(k, half))
-        rings = np.abs(beside).max(initial=0.0) * ALONE > abs(way[k, j])
+        # Over n rows the same acceleration is n² times as far off.
+        rings = np.abs(beside).max(initial=0.0) * ALONE * since[k, j] ** 2 > abs(way[k, j])
         finest = _scatter(way, reach, k, half)
         if not rings and not _late(step[k], way[k, j], v[k], way[k], finest, j):
             told[k, j] = way[k, j]
@@ -87,20 +88,21 @@ def without_turns(shift: Array) -> Array:
     return np.asarray(shift - 2.0 * np.pi * np.round(shift / (2.0 * np.pi)))
 
 
-def _beside_speeds(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
+def _beside_speeds(t: Array, q: Array, v: Array) -> tuple[Array, Array, Array]:
     """The part of each joint's step since its last measured row that velocities do not explain.
 
-    By trapezoids; with it, the reach: how far off they may be.
+    By trapezoids; with it, the reach: how far off they may be; and how many rows the step takes.
     """
-    way, reach = np.zeros_like(q), np.full_like(q, np.inf)
+    way, reach, since = np.zeros_like(q), np.full_like(q, np.inf), np.ones_like(q)
     for j in range(q.shape[1]):
         rows: Index = np.flatnonzero(np.isfinite(q[:, j]) & np.isfinite(v[:, j]))
         dt, known, speed = np.diff(t[rows]), rows[1:], v[rows, j]
         way[known, j] = np.diff(q[rows, j]) - 0.5 * dt * (speed[1:] + speed[:-1])
+        since[known, j] = np.diff(rows)
         change = np.pad(np.abs(np.diff(speed)), 1)
         around = np.max([change[:-2], change[1:-1], change[2:]], axis=0)
         reach[known, j] = furthest(dt, np.fmax(np.abs(speed[1:]), np.abs(speed[:-1])), around)
-    return way, reach
+    return way, reach, since
 
 
 def _beside_ways(t: Array, q: Array, v: Array) -> tuple[Array, Array, Mask]:
