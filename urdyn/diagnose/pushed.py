@@ -25,7 +25,7 @@ MOST = 2.5  # [-] sd of a prediction, most that it is off by
 FORCE = 100.0  # [N] sd of a push
 PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)  # [-] of the way to the next joint: where links are pushed
 STRONG = 0.5  # [-] of the loudest bin, above which bins describe the push
-LASTS = 3  # bins that a push must last beside a piece that is taken up
+LASTS = 3  # bins that a push must last beside a piece
 ENDING = 3  # last bins, by which a load on a standing arm is still there
 
 
@@ -106,7 +106,7 @@ class Pushed:
         if (bins[-1].carried != bins[0].carried).any():
             felt = _beside_the_piece(bins)
             size = _sizes(felt, bins)
-            if np.count_nonzero(size > LOUD) < LASTS:
+            if not _lasts(size):
                 return None
         elif _handled(bins, size, known) or _held(bins, size, calm):
             return None
@@ -235,14 +235,18 @@ def _loudest(bins: tuple[Bin, ...], calm: int, felt: Array, size: Array) -> tupl
 
 
 def _beside_the_piece(bins: tuple[Bin, ...]) -> Array:
-    """Torques net of the piece that was taken or put down meanwhile, (B, J) [N·m].
+    """Torques net of the piece that was taken or put down meanwhile, (B, J) [N·m]."""
+    before, since = bins[0].carried, bins[-1].carried
+    felt = np.array([each.felt + each.tool @ (each.carried - before) for each in bins])
+    return _beside(felt, np.array([each.tool @ (since - before) for each in bins]), bins)
+
+
+def _beside(felt: Array, piece: Array, bins: tuple[Bin, ...]) -> Array:
+    """Torques net of a piece's, (B, J) [N·m].
 
     It comes and goes within a bin, or gradually when lifted: the tool may bear any part of it.
     """
-    before, since = bins[0].carried, bins[-1].carried
     (sd,) = _stacked(bins, "sd")
-    felt = np.array([each.felt + each.tool @ (each.carried - before) for each in bins])
-    piece = np.array([each.tool @ (since - before) for each in bins])
     along = np.sum(felt * piece / sd**2, axis=1, keepdims=True)
     whole = np.sum((piece / sd) ** 2, axis=1, keepdims=True)
     share = np.clip(along / np.where(whole > 0.0, whole, 1.0), 0.0, 1.0)
@@ -250,12 +254,19 @@ def _beside_the_piece(bins: tuple[Bin, ...]) -> Array:
 
 
 def _handled(bins: tuple[Bin, ...], size: Array, known: Array) -> bool:
-    """Whether a piece released for a moment, or held, explains most of it."""
+    """Whether a piece released for a moment, or held, explains most of it, and leaves no push."""
+    (felt,) = _stacked(bins, "felt")
     for other in known:
-        left = np.array([each.felt - each.tool @ (other - each.carried) for each in bins])
-        if np.minimum(size, _sizes(left, bins)).sum() < 0.5 * size.sum():
+        piece = np.array([each.tool @ (other - each.carried) for each in bins])
+        left = np.minimum(size, _sizes(_beside(felt, piece, bins), bins))
+        if left.sum() < 0.5 * size.sum() and not _lasts(left):
             return True
     return False
+
+
+def _lasts(size: Array) -> bool:
+    """Whether what is left beside a piece is a push, by its sum of squares in bins, (B,) [-]."""
+    return bool(np.count_nonzero(size > LOUD) >= LASTS)
 
 
 def _held(bins: tuple[Bin, ...], size: Array, calm: int) -> bool:
