@@ -124,3 +124,16 @@ def test_a_load_that_a_joints_fault_hid_may_have_come_since_the_usual_one_was_la
     (change,) = state.found
     assert change.began == (since if began is None else began, since)
     assert change.onset == (since if began is None else SINCE)
+
+
+def test_a_load_that_has_become_the_usual_one_was_so_in_all_blocks_that_bore_it(
+    slow: Slow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What a later fault hides has come since the last of them, not since before the first."""
+    state = settled(slow, carrying_it(slow, {slow.space.payload[0]: 1.0}), monkeypatch)
+    elbow = next(k for k, s in enumerate(slow.of.each) if s.joint == ELBOW and s.kind.of_sensor)
+    fault = Fault(elbow, SINCE + 1.5 * BLOCK, SINCE + 2.0 * BLOCK, NOW, -0.3)
+    state = replace(state, known=(fault,), found=())
+    (change,) = settled(slow, state, monkeypatch, since=SINCE + 3.0 * BLOCK).found
+    assert change.began == (SINCE + BLOCK, SINCE + 3.0 * BLOCK)
+    assert change.onset == SINCE + 3.0 * BLOCK

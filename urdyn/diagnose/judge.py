@@ -231,11 +231,12 @@ class Judge:
         carrying = replace(state.carrying, unclaimed=())  # kept by what was known
         return self.afresh(replace(state, known=known, carrying=carrying, waited=0))
 
-    def relieved(self, state: SlowState, more: Array) -> SlowState:
+    def relieved(self, state: SlowState, more: Array, since: float, until: float) -> SlowState:
         """Look for changes of a new load from here on; of joints as before.
 
         Args:
             more: inertials by which it differs, (10,).
+            since, until: when it was carried [s].
         """
         payload = self.healthy.space.payload
         off = np.zeros(self.healthy.size)
@@ -243,7 +244,7 @@ class Judge:
         x, P = self.healthy.emptied(state.bank.x, state.bank.P)
         of_load = np.flatnonzero(np.isin(self.of.states, payload))
         bank = onsets.relieved(replace(state.bank, x=x, P=P), payload, of_load)
-        recall = state.recall.bearing(off)
+        recall = state.recall.bearing(off, since, until)
         gathering = state.gathering.usually(off[: self.healthy.space.size])
         return replace(state, bank=bank, gathering=gathering, recall=recall, before=(bank, recall))
 

@@ -73,13 +73,18 @@ class Block:
         """Its middle [s]."""
         return 0.5 * (self.begin + self.end)
 
-    def bearing(self, more: Array) -> Block:
+    def bearing(self, more: Array, bore: bool) -> Block:
         """The block with another usual load, whose states differ by `more`, (n,).
 
         With that load nothing is hidden yet.
+
+        Args:
+            bore: it is this load that it began with.
         """
         if self.unladen is None:
             return self
+        if bore:
+            return replace(self, hidden=0.0, unladen=None)
         bare = self.unladen
         return replace(self, hidden=0.0, unladen=replace(bare, b=bare.b - bare.A @ more))
 

@@ -48,9 +48,13 @@ class Recall:
         blocks = (b.unladen if b.unladen and t <= b.begin < until else b for b in self.blocks)
         return replace(self, blocks=tuple(blocks))
 
-    def bearing(self, more: Array) -> Recall:
-        """With another usual load, whose states differ by `more`, (N,)."""
-        return replace(self, blocks=tuple(b.bearing(more) for b in self.blocks))
+    def bearing(self, more: Array, since: float, until: float) -> Recall:
+        """With another usual load, whose states differ by `more`, (N,).
+
+        Blocks that begin from `since` until `until` [s] bore it.
+        """
+        blocks = (b.bearing(more, since <= b.begin < until) for b in self.blocks)
+        return replace(self, blocks=tuple(blocks))
 
     def again(self, healthy: Healthy, known: Sequence[Fault], straying: Straying, E: Array) -> Bank:
         """The bank of these blocks, in which the known faults may have changed the states."""

@@ -142,7 +142,7 @@ class Slow:
         more = carrying.modes[0].mean - state.carrying.modes[0].mean
         change = _unhidden(change, state)
         state = replace(state, carrying=carrying, found=(*state.found, change))
-        state = self.judge.relieved(state, more)
+        state = self.judge.relieved(state, more, change.onset, until)
         return self._settled(state, t, ended) if carrying.away else state
 
     def _withdrawn(self, state: SlowState, ended: bool) -> SlowState:
