@@ -185,6 +185,29 @@ def test_a_piece_is_known_from_when_it_was_taken(shop: Shop) -> None:
     assert again.path == now.path and len(again.modes) == 2
 
 
+def test_a_fault_of_a_joint_is_no_known_piece_put_down_though_some_poses_say_so(
+    shop: Shop,
+) -> None:
+    of, elbow, n = space(shop.fit), 2, DELAY + 1
+    loads, done = Loads(of, suspects(of, read_rules().slow)), work(shop, of)
+    modes = carried.commissioned(), Mode(PIECE, np.diag(carried.NOTHING**2), 0.0)
+
+    def path(piece: np.ndarray, bias: float) -> tuple[int, ...]:
+        """What an arm that carried the piece is said to carry, where the elbow's current is off."""
+        moments = []
+        for moment in with_pieces(loads, done, [piece] * n):
+            off = moment.means.residual + bias * (np.arange(6) == elbow)
+            means = replace(moment.means, residual=off)
+            moment = replace(moment, means=means, pool=pooled(means))
+            moments.append(loads.beside.told(moment, believed(of), modes))
+        held = Carrying(modes, now=1, was=1)
+        return loads.carried(held, lambda _: believed(of), tuple(moments))[0].path
+
+    assert path(np.zeros(10), 0.0) == (0,) * n
+    for bias in (-2.0, 2.0):  # [A]
+        assert path(PIECE, bias) == (1,) * n
+
+
 @pytest.mark.parametrize("size", [0.3, 3.0])  # [A]
 def test_a_piece_is_weighed_by_no_jolt_that_brought_it(shop: Shop, size: float) -> None:
     of, taken = space(shop.fit), 2

@@ -43,7 +43,7 @@ class Loads:
         """The loads of these moments: the likeliest path through modes, or a new one."""
         modes = carrying.modes
         fits = np.array([[_fit(w, m) for m in modes] for w in moments])
-        score, path = likeliest(fits, carrying.was)
+        score, path = self._path(fits, carrying.was, believed, moments, modes)
         starts = range(len(moments))
         known = [score - (likeliest(fits[:k], carrying.was)[0] if k else 0.0) for k in starts]
         new = self._new(moments, np.array(known), believed, [modes[k] for k in path])
@@ -55,6 +55,34 @@ class Loads:
         if now < len(modes):
             carrying = carrying.without(now)
         return replace(carrying, modes=more, now=now, path=path), (*moments[:k], *later)
+
+    def _path(
+        self,
+        fits: Array,
+        was: int,
+        believed: Believed,
+        moments: Sequence[Waiting],
+        modes: Sequence[Mode],
+    ) -> tuple[float, tuple[int, ...]]:
+        """The likeliest path through modes, and its log-likelihood.
+
+        Where a fault of a joint that begins meanwhile explains more than another load, the load
+        stays: a fault may resemble a known load in some poses, and would be halved by it.
+
+        Args:
+            fits: of moments under modes, (N, K) [nats].
+            was: mode before the first.
+        """
+        score, path = likeliest(fits, was)
+        stays, stayed = (was,) * len(moments), float(fits[:, was].sum())
+
+        def fault(path: Sequence[int]) -> float:
+            told = self._of_joints(believed, moments, [modes[k] for k in path])[0]
+            return max(float(told) - carried.SURE, 0.0)
+
+        if path != stays and (more := stayed + fault(stays) - score) > 0.0 and more > fault(path):
+            return stayed, stays
+        return score, path
 
     def _new(
         self, moments: tuple[Waiting, ...], known: Array, believed: Believed, modes: Sequence[Mode]
