@@ -51,7 +51,7 @@ class Tracked(Track):
     @property
     def load_as_set(self) -> bool:
         """Whether the controller is set to the load at the end."""
-        return agrees(self.setting, self._load, self.tracker.fit.tool_known)
+        return agrees(self.setting, self._load)
 
     @property
     def _load(self) -> Mapping[str, Any]:

@@ -319,8 +319,7 @@ class _Run(Generic[S]):
         """Give the observer what no reading contains."""
         if self.observer:
             told = final(self.tracker, self.quantities, at)
-            as_set = agrees(at.setting, told, self.quantities.whole)
-            self.observer.note(int(at.state.restarts), as_set)
+            self.observer.note(int(at.state.restarts), agrees(at.setting, told))
 
     def _gathered(self, at: Checkpoint[S], reading: Reading) -> Checkpoint[S]:
         """With one more reading in the quantities of interest."""

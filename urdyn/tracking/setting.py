@@ -11,6 +11,7 @@ import numpy as np
 from urdyn.io.plain import plain
 from urdyn.model.body import centre_of_mass
 from urdyn.signal import UNSET
+from urdyn.tracking.physical import KNOWN
 from urdyn.types import Array
 
 # [s] of motion for which a setting must have stood before it is called wrong: a program sets it
@@ -55,17 +56,17 @@ def tolerance(sd: float) -> float:
     return max(SURE * sd, LEAST)
 
 
-def agrees(setting: Setting, final: Mapping[str, Any], whole: bool) -> bool:
+def agrees(setting: Setting, final: Mapping[str, Any]) -> bool:
     """Whether the controller is set to the tracked load, within its uncertainty.
+
+    A tool that was not named counts as none: nothing else tells its mass.
 
     Args:
         final: quantities as in a summary.
-        whole: the mass includes the tool, as the controller's does.
     """
-    if not whole or setting.mass != setting.mass:
-        return False
     load = final["payload.mass"]
-    return bool(abs(load["mean"] - setting.mass) <= tolerance(load["sd"]))
+    sd = min(load["sd"], KNOWN)  # while anything may be carried, any setting would do
+    return bool(abs(load["mean"] - setting.mass) <= tolerance(sd))
 
 
 def compared(
