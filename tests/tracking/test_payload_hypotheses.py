@@ -1,5 +1,7 @@
 """What is carried, as it is told while a filter learns it anew."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
@@ -20,6 +22,7 @@ from urdyn.tracking.payload.hypotheses import (
     PayloadHypotheses,
     no_hypotheses,
 )
+from urdyn.tracking.physical import KNOWN
 from urdyn.types import Gaussian
 
 
@@ -90,6 +93,21 @@ def test_before_anything_is_measured_the_number_stays_and_its_sd_says_how_rests_
     others = (OTHERS**2).mean(axis=0) + was.mean**2
     np.testing.assert_allclose(told.mean, was.mean)
     np.testing.assert_allclose(told.sd**2, (1.0 - CHANGE) * was.sd**2 + CHANGE * others)
+
+
+def test_a_piece_put_down_is_told_once_however_often_the_arm_sets_off_before_that_is_known():
+    """An arm that stands jerks as it loses a piece, and sets off half a second later."""
+    was = Gaussian(np.array([2.0, 0.0, 0.0, 0.16]), np.diag([0.04, 0.01, 0.01, 0.01]) ** 2)
+    unknown = Gaussian(was.mean, np.diag(WIDE**2))
+    rather, surely = (Gaussian(np.zeros(LOAD), was.cov * k**2) for k in (10.0, 1.0))
+    held = no_hypotheses().anew(was, was.mean, CHANGE, told=False)
+    for _ in range(5):
+        assert not held.exchanged(unknown) and held.exchanged(surely)
+        np.testing.assert_allclose(held.believed(unknown).mean, was.mean)
+        held = held.anew(unknown, was.mean, CHANGE, told=False)
+    assert rather.sd[0] > KNOWN
+    told = replace(held, told=True).anew(rather, was.mean, CHANGE, told=False)
+    assert not told.exchanged(surely)
 
 
 def test_to_be_weighed_alike_again_makes_nothing_surer():

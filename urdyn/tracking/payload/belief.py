@@ -39,8 +39,7 @@ class PayloadBelief(Generic[S]):
         """
         if not is_gaussian(self.filter):
             return no_hypotheses()
-        known = state.load.believed(self._own(state))
-        return PayloadHypotheses(known.mean, known.cov, carried[:LOAD], change, told)
+        return state.load.anew(self._own(state), carried[:LOAD], change, told)
 
     def exchanged(self, held: PayloadHypotheses, state: TrackerState[S]) -> bool:
         """Whether it surely is another by now."""

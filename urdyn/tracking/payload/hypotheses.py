@@ -27,6 +27,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.tracking.model import ANYTHING, LIGHT, PAYLOAD_SD
+from urdyn.tracking.physical import KNOWN
 from urdyn.types import Array, Gaussian, freeze
 
 LOAD = 4  # mass and first moments: a few seconds say little of inertia
@@ -53,6 +54,18 @@ class PayloadHypotheses:
     def doubted(self) -> bool:
         """Whether the hypotheses add to the filter's belief."""
         return not np.isnan(self.change)
+
+    def anew(self, now: Gaussian, first: Array, change: float, told: bool) -> PayloadHypotheses:
+        """What is known as learning anew begins, around `first` (4,), given the belief `now`.
+
+        What was known before stands as long as neither another load was told nor what is carried
+        is known: an arm that stands jerks as it gets or loses a piece, and sets off after that.
+        From a load in doubt, none would surely be another.
+        """
+        known = self.believed(now)
+        if self.doubted and not (self.told or told) and known.sd[0] > KNOWN:
+            return replace(self, first=first)
+        return PayloadHypotheses(known.mean, known.cov, first, change, told)
 
     def given_up(self) -> PayloadHypotheses:
         """With learning anew given up."""
