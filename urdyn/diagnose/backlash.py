@@ -47,8 +47,6 @@ class Reversals:
     number: Array  # (J, gaps) reversals since then
     told: Mask  # (J,)
     slid: Array  # (J,) [s] in motion
-    lo: Array  # (J,) [rad] least angle met
-    hi: Array  # (J,) [rad] largest
     recurred: Recurred
 
 
@@ -107,8 +105,6 @@ class Backlash:
             number=none,
             told=np.zeros(J, dtype=bool),
             slid=nothing,
-            lo=np.full(J, np.inf),
-            hi=np.full(J, -np.inf),
             recurred=none_recurred(J),
         )
 
@@ -172,14 +168,9 @@ class Backlash:
         return replace(state, recurred=recurred, told=told), found
 
     def _moved(self, state: Reversals, rows: Rows) -> Reversals:
-        """Add the joints' travel."""
+        """Add the time in which joints moved."""
         moving = (np.abs(rows.v) > STANDING).sum(axis=0) * self.period
-        return replace(
-            state,
-            slid=state.slid + moving,
-            lo=np.minimum(state.lo, rows.q.min(axis=0)),
-            hi=np.maximum(state.hi, rows.q.max(axis=0)),
-        )
+        return replace(state, slid=state.slid + moving)
 
     def _reversal(
         self, state: Reversals, seen: Loaded, row: int, j: int, beside: Mask
