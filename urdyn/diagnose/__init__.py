@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from urdyn.diagnose.finding import Finding
     from urdyn.diagnose.offline import Report, diagnose
     from urdyn.diagnose.rules import Rules
-from urdyn.diagnose.rules_file import read_rules
+    from urdyn.diagnose.rules_file import read_rules
 
 __all__ = ["Diagnosis", "Finding", "Report", "Rules", "diagnose", "read_rules"]
 
