@@ -74,7 +74,8 @@ def test_a_change_of_which_too_little_is_left_to_be_told_is_none(
     shop: Shop, share: float, nothing: bool
 ) -> None:
     """Another finding has the rest of it, however surely that little is there."""
-    judge = shop.diagnosis(shop.log(seconds=1.0)).slow.judge
+    slow = shop.diagnosis(shop.log(seconds=1.0)).slow
+    judge = slow.judge
     kinds = [(s.kind.name, s.joint) for s in judge.of.each]
     k = kinds.index(("sensor_fault", 1))
     suspect, size = judge.of.each[k], judge.healthy.space.size
@@ -82,7 +83,27 @@ def test_a_change_of_which_too_little_is_left_to_be_told_is_none(
     x[judge.of.states[suspect.places[0]]] = share * suspect.kind.least * suspect.unit
     bank = onsets.first(x, 1e-12 * np.eye(size), len(judge.of.states))
     fault = Fault(k, 0.0, 1.0, 2.0, 3.0 * suspect.kind.least * suspect.unit)
-    assert judge._nothing(bank, fault) == nothing
+    assert judge._nothing(replace(slow.init(), bank=bank), fault) == nothing
+
+
+@pytest.mark.parametrize("viscous", [0.0, -0.3])
+def test_friction_of_which_one_term_makes_up_for_the_other_is_none(
+    shop: Shop, viscous: float
+) -> None:
+    """It is told as all friction of its joint, of which half is Coulomb and half viscous here."""
+    slow, joint = shop.diagnosis(shop.log(seconds=1.0)).slow, 1
+    judge, places, size = slow.judge, slow.space.places, slow.healthy.size
+    k = [(s.kind.name, s.joint) for s in judge.of.each].index(("friction_increase", joint))
+    x, P = np.zeros(size), 1e-6 * np.eye(size)
+    x[places["f"].start + joint], x[places["alpha"].start + joint] = 0.3, viscous
+    bank = replace(onsets.first(x, P, len(judge.of.states)), t=20.0)
+    lost = np.outer([1.0, 1.0, 0.0, 2.0], np.ones(6))
+    block = onsets.Block(15.0, 20.0, 0.0 * P, 0.0 * x, lost=lost)
+    state = slow.init()
+    state = replace(state, bank=bank, recall=replace(state.recall, blocks=(block,)))
+    was = np.zeros(3), 1e-6 * np.eye(3)
+    fault = Fault(k, 10.0, 12.0, 20.0, 0.3, was=was)
+    assert judge._nothing(state, fault) == judge._taken_back(state, fault) == (viscous < 0.0)
 
 
 def test_viscous_friction_is_part_of_friction_and_of_nothing_else(shop: Shop) -> None:

@@ -25,9 +25,12 @@ class Extent:
 
     def levels(self, state: SlowState) -> dict[int, Level]:
         """Suspects found, and how far their change has gone: time, size, sd."""
+        return {fault.suspect: self.level(state, fault) for fault in state.known}
+
+    def level(self, state: SlowState, fault: Fault) -> Level:
+        """How far one change has gone: time, size, sd."""
         bank = state.bank
-        now = [(bank.middle, bank.x, bank.P)]
-        return {fault.suspect: self._sizes(state, fault, now)[0] for fault in state.known}
+        return self._sizes(state, fault, [(bank.middle, bank.x, bank.P)])[0]
 
     def trace(self, state: SlowState, k: int) -> Series:
         """The course of a found change over the stored blocks: time, size, sd.

@@ -142,7 +142,7 @@ class Judge:
         fault = self.extent.with_before(after, known_by(change), rest)
         after = self.knowing(after, (*rest, fault))
         again = any(f.suspect == alarm.suspect for f in state.passed)
-        if again and self._nothing(after.bank, fault):  # it is still what was retracted
+        if again and self._nothing(after, fault):  # it is still what was retracted
             return replace(state, passed=_latest(state.passed, (fault,)), waited=0)
         return self._alarmed(after, last)
 
@@ -166,31 +166,31 @@ class Judge:
 
     def _explained(self, state: SlowState) -> SlowState:
         """Without findings that other findings or later blocks show to be no faults."""
-        bank, known = state.bank, state.known
+        known = state.known
         # A change of which others leave nothing was their shadow; but one of them is real.
-        left = tuple(f for f in known if not self._nothing(bank, f)) or known
-        back = tuple(f for f in left if self._taken_back(bank, f))
+        left = tuple(f for f in known if not self._nothing(state, f)) or known
+        back = tuple(f for f in left if self._taken_back(state, f))
         left = tuple(f for f in left if f not in back)
         state = replace(state, passed=_latest(state.passed, back))
         return state if left == known else self.knowing(state, left)
 
-    def _nothing(self, bank: Bank, fault: Fault) -> bool:
+    def _nothing(self, state: SlowState, fault: Fault) -> bool:
         """Whether a found change may by now as well be none, or of another kind.
 
         One well below the least size reported counts as none, too.
         """
-        (size, sd), suspect = self._now(bank, fault), self.of.each[fault.suspect]
+        (size, sd), suspect = self._now(state, fault), self.of.each[fault.suspect]
         return size < max(UNSURE * sd, FAINT * suspect.kind.least * suspect.unit)
 
-    def _taken_back(self, bank: Bank, fault: Fault) -> bool:
+    def _taken_back(self, state: SlowState, fault: Fault) -> bool:
         """Whether so little is left so soon that it was none, and surely not the reported size.
 
         An unknown piece in the tool looks like friction for a block. A change that has lasted was
         real, wherever it went.
         """
-        size, sd = self._now(bank, fault)
-        soon = bank.t - fault.alarm < BACK
-        return soon and self._nothing(bank, fault) and size + SURELY * sd < abs(fault.size)
+        size, sd = self._now(state, fault)
+        soon = state.bank.t - fault.alarm < BACK
+        return soon and self._nothing(state, fault) and size + SURELY * sd < abs(fault.size)
 
     def _ends(self, state: SlowState, alarm: Alarm, fault: Fault) -> bool:
         """Whether an alarm is but the end of a change of its joint that was just retracted.
@@ -204,13 +204,13 @@ class Judge:
             return False
         after = self.knowing(state, (*state.known, fault))
         candidates, _ = self._candidates(after, ratios(after.bank, self.of))
-        return alarm.suspect not in candidates and self._nothing(after.bank, fault)
+        return alarm.suspect not in candidates and self._nothing(after, fault)
 
-    def _now(self, bank: Bank, fault: Fault) -> tuple[float, float]:
-        """Size of a change, positive in its kind's direction, and its sd."""
-        at, sign = self.extent.measured(fault.suspect), self.of.each[fault.suspect].kind.sign
-        size = sign * bank.x[at] if sign else abs(bank.x[at])
-        return float(size), bank.sd(at)
+    def _now(self, state: SlowState, fault: Fault) -> tuple[float, float]:
+        """Size of a change as it is told, positive in its kind's direction, and its sd."""
+        _, size, sd = self.extent.level(state, fault)
+        sign = self.of.each[fault.suspect].kind.sign
+        return sign * size if sign else abs(size), sd
 
     def _settled_on(self, state: SlowState, more: Array) -> SlowState:
         """Take the present load as the usual one; keep all other beliefs."""
