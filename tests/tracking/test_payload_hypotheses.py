@@ -12,7 +12,10 @@ from urdyn.signal import samples
 from urdyn.simulate import observe, plan, typical_sensors
 from urdyn.simulate.schedule import Handling
 from urdyn.tracking import Tracker
+from urdyn.tracking.abrupt_changes import LASTS
+from urdyn.tracking.change_detection import ChangeDetector, Detection, Hypothesis
 from urdyn.tracking.payload.belief import with_load
+from urdyn.tracking.payload.handling import HandlingPhase, ImplausibleLoads, Rest
 from urdyn.tracking.payload.hypotheses import (
     CHANGE,
     LOAD,
@@ -23,6 +26,7 @@ from urdyn.tracking.payload.hypotheses import (
     no_hypotheses,
 )
 from urdyn.tracking.physical import KNOWN
+from urdyn.tracking.wear_test import WearTest
 from urdyn.types import Gaussian
 
 
@@ -108,6 +112,29 @@ def test_a_piece_put_down_is_told_once_however_often_the_arm_sets_off_before_tha
     assert rather.sd[0] > KNOWN
     told = replace(held, told=True).anew(rather, was.mean, CHANGE, told=False)
     assert not told.exchanged(surely)
+
+
+@pytest.mark.parametrize(("since", "told"), [(0.9 * LASTS, False), (1.1 * LASTS, True)])
+def test_how_joints_break_loose_tells_no_load(since, told):
+    """For some samples that may be any load's: nothing carried was told to be another load."""
+    _, fit = commissioned(0)
+    tracker = Tracker(fit, EKF(), 1.0 / 50.0)
+    state, places = tracker.init(), tracker.currents.places
+    process, first = tracker.model.process.process, places["payload"].start
+    detector = ChangeDetector(
+        EKF(), WearTest(process), places, fit.dynamics.drive, tool=0.0, period=0.02, poses=False
+    )
+    was = Gaussian(np.array([2.0, 0.0, 0.0, 0.16]), np.diag([0.04, 0.01, 0.01, 0.01]) ** 2)
+    held = PayloadHypotheses(was.mean, was.cov, was.mean, CHANGE, told=False)
+    nothing = with_load(state.belief, Gaussian(np.zeros(LOAD), was.cov), first)
+    start = replace(state, t=10.0 + since, rest=Rest(over=10.0), load=held)
+    hypothesis = Hypothesis(
+        Detection(None, reported=False, looked=True, evidence=state.evidence),
+        HandlingPhase(False, True, False, ImplausibleLoads(), False),
+        start, state.belief, state.belief.mean, state.payload, held,
+    )  # fmt: skip
+    assert held.exchanged(Gaussian(np.zeros(LOAD), was.cov))
+    assert detector.updated_load(hypothesis, nothing, moving=True).told is told
 
 
 def test_to_be_weighed_alike_again_makes_nothing_surer():

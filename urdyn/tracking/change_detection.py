@@ -14,6 +14,7 @@ from urdyn.estimate.protocol import S, is_gaussian
 from urdyn.model.drive import Drive
 from urdyn.tracking import beliefs
 from urdyn.tracking.abrupt_changes import (
+    LASTS,
     AbruptChange,
     Evidence,
     PriorScales,
@@ -160,7 +161,9 @@ class ChangeDetector(Generic[S]):
         if load.told:
             return load
         if load.doubted:
-            asked = hypothesis.detection.looked and moving
+            # How a joint breaks loose may be any load's, as a knock may.
+            off = hypothesis.start.t - hypothesis.start.rest.over
+            asked = hypothesis.detection.looked and moving and off > LASTS
             drives = hypothesis.changed_drives
             now = changed(hypothesis.start, belief=belief, changed_drives=drives)
             sure = asked and self.payload_belief.exchanged(load, now)
