@@ -256,6 +256,14 @@ def test_rows_that_would_count_twice_are_refused(tmp_path: Path) -> None:
         read(one, other, copy)
 
 
+def test_a_row_that_ends_a_log_and_begins_the_next_is_kept_once(tmp_path: Path) -> None:
+    """A recorder that begins another file each hour may write it twice."""
+    t = np.arange(100) / 100.0
+    one = lived(tmp_path / "a.csv", t[:60], 0.5, 1)
+    log = read(one, lived(tmp_path / "b.csv", t[59:], 0.5, 1))
+    assert len(log) == 100 and [defect.kind for defect in log.defects] == ["repeated stamp"]
+
+
 @pytest.mark.parametrize("speed", [0.0, 0.5])
 def test_a_robot_that_begins_anew_may_do_as_it_did(speed: float, tmp_path: Path) -> None:
     """At rest it repeats every bit, and in motion all but the noise of its sensors."""
@@ -264,11 +272,21 @@ def test_a_robot_that_begins_anew_may_do_as_it_did(speed: float, tmp_path: Path)
     assert np.diff(read(*paths).t).max() == pytest.approx(300.0 - t[-1], abs=1e-5)
 
 
-def test_recordings_that_were_made_in_another_order_are_refused(tmp_path: Path) -> None:
-    """Where both clocks say so; one alone may have been set, as at the end of summer time."""
-    t = np.arange(100) / 100.0
+@pytest.mark.parametrize("days", [0.0, 3.0])
+def test_recordings_that_were_made_in_another_order_are_refused(
+    days: float, tmp_path: Path
+) -> None:
+    """Where both clocks say so; one alone may have been set, as at the end of summer time.
+
+    They are 20 ppm apart: in three days, five seconds.
+    """
+    t, later = np.arange(100) / 100.0, 86400.0 * days
     first = lived(tmp_path / "1.csv", t, 0.5, 1, 1.7e9)
     second = lived(tmp_path / "2.csv", t + 1.0, 0.5, 1, 1.7e9)
+    rows = np.genfromtxt(second, delimiter=",", names=True)
+    rows["timestamp"] += later
+    rows["received"] += later * (1.0 + 2e-5)
+    np.savetxt(second, rows, "%.6f", ",", header=",".join(rows.dtype.names), comments="")
     with pytest.raises(LogError, match="clock and the recorder's go back together"):
         read(second, first)
     assert len(read(first, second)) == 200
@@ -371,6 +389,13 @@ def test_parquet_lists_of_several_lengths_are_refused_though_their_sum_fits(tmp_
     pq.write_table(pa.table({"timestamp": np.arange(9) / 100.0, "actual_q": pa.array(q)}), path)
     with pytest.raises(LogError, match="lists of more than one length"):
         read(path)
+
+
+def test_lists_of_several_lengths_that_nobody_asked_for_are_no_matter(tmp_path: Path) -> None:
+    lists = pa.array([[1.0]] * 4 + [[1.0, 1.0]] * 5)
+    table = {"timestamp": np.arange(9) / 100.0, "actual_q": [[0.0, 1.0, 2.0]] * 9, "alarms": lists}
+    pq.write_table(pa.table(table), tmp_path / "log.parquet")
+    assert len(read(tmp_path / "log.parquet", channels=("actual_q",))) == 9
 
 
 @pytest.mark.parametrize(("nothing", "width"), [([], -1), (None, -1), (None, 3)])

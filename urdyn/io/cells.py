@@ -8,7 +8,8 @@ from contextlib import suppress
 from datetime import UTC, datetime
 
 FLAGS = {"true": 1.0, "false": 0.0}
-NOTHING = ("None", "none", "NULL", "null", "N/A", "n/a", "NA", "-", "--")  # said of no value
+# Said of no value.
+NOTHING = ("None", "none", "NONE", "Null", "NULL", "null", "N/A", "n/a", "NA", "-", "--")
 
 
 def fields(line: str, delimiter: str) -> list[str]:

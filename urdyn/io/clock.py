@@ -12,6 +12,7 @@ LATEST = 1e11  # [s] the year 5138; what lies beyond is milliseconds, or damage
 EPOCH = 1e9  # [s] what is more counts from 1970: no clock has run for thirty years
 UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}  # in a second
 STEPS = (1.5e-3, 1.5)  # [s] between samples of an arm; three decades, so that one unit fits
+DRIFT = 1e-4  # [-] by which two clocks run apart at most
 SET = 1.0  # [s] between a step by stamps and by arrival; if larger, a clock was set
 STRAY = 20  # rows: a clock that is off for longer did not come from a torn packet
 GAP = 5.0  # median steps
@@ -82,7 +83,7 @@ def earlier(t: Array, first: Index, received: Array) -> Mask:
     """
     with np.errstate(invalid="ignore"):  # infinite stamps tell nothing
         stamped, waited = (x[first] - x[first - 1] for x in (t, received))
-        together = (waited < 0.0) & (np.abs(stamped - waited) < SET)
+        together = (waited < 0.0) & (np.abs(stamped - waited) < SET + DRIFT * np.abs(waited))
     return np.asarray(together & (t[first] < EPOCH) & (received[first] > EPOCH))
 
 

@@ -69,11 +69,12 @@ def _table(fields: dict[str, pa.Array], first: int, rows: int, plan: Plan) -> Ta
 
 
 def _widths(file: pq.ParquetFile) -> dict[str, int]:
-    """Column -> values in each of its lists, of the first batch in which one has any; else 1."""
+    """Column -> values in each of its lists, as in the first that has any; else 1."""
     widths = {column.name: 0 for column in file.schema_arrow if _is_list(column.type)}
     for batch in file.iter_batches(LOOK, columns=list(widths)):
         for name, column in zip(batch.schema.names, batch.columns, strict=True):
-            widths[name] = widths[name] or pc.max(pc.list_value_length(column)).as_py() or 0
+            lengths = np.asarray(pc.fill_null(pc.list_value_length(column), 0))
+            widths[name] = widths[name] or int(next(iter(lengths[lengths > 0]), 0))
         if all(widths.values()):
             break
     return {name: width or 1 for name, width in widths.items()}

@@ -56,9 +56,9 @@ class Journal:
             self.path = Path(os.path.realpath(path))
         self._form = next((end for end in SUFFIXES if self.path.name.lower().endswith(end)), "")
         if not self._form:
-            raise InputError(f"{path}: a recording is to end in {', '.join(SUFFIXES)}")
+            raise InputError(f"{self.path}: a recording is to end in {', '.join(SUFFIXES)}")
         if not self.path.parent.is_dir() or self.path.is_dir():
-            raise InputError(f"{path}: cannot be written: there is no such place for a file")
+            raise InputError(f"{self.path}: cannot be written: there is no such place for a file")
         if self._form == ".mcap":  # now, not when an hour has been recorded
             require("mcap", "rosbags")
         self.aside: Path | None = None  # where the file's former content is now
