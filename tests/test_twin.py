@@ -269,6 +269,21 @@ def test_a_twin_that_contradicts_itself_says_in_which_number(name: str, text: st
         fit_of(tables, "twin.toml")
 
 
+def test_a_twin_that_was_rounded_to_three_digits_is_the_same(text: str) -> None:
+    tables = tomllib.loads(text)
+    for row in tables["parameter"]:
+        row["value"] = float(f"{row['value']:.3g}")
+    fit_of(tables, "twin.toml")
+
+
+def test_a_twin_without_a_belief_in_its_drives_is_refused(text: str) -> None:
+    tables = tomllib.loads(text)
+    at = tables["belief"]["names"].index("elbow_joint.coulomb")
+    tables["belief"]["names"][at] = "elbow_joint.other"
+    with pytest.raises(TwinError, match=r"its belief has no elbow_joint\.coulomb"):
+        fit_of(tables, "twin.toml")
+
+
 def test_a_twin_has_one_time_offset(text: str) -> None:
     tables = tomllib.loads(text)
     tables["model"]["time_offset"] += 0.01

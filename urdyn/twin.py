@@ -14,6 +14,7 @@ from urdyn.errors import InputError, TwinError, UrdynError
 from urdyn.given import given_a, given_covariance, given_names
 from urdyn.identify.fit import Fit
 from urdyn.identify.noise import Noise
+from urdyn.identify.unknowns import unknowns_of
 from urdyn.io import dump_toml, load_toml, write_text
 from urdyn.model.arm import Arm, described, load_arm, read_arm
 from urdyn.model.body import BODY, BODY_UNITS, about_frame, tensor
@@ -31,7 +32,8 @@ HUGE = 1e100  # beyond this, products of a few numbers overflow
 PUBLISHED = 0.01  # [-] by which a published mass may be revised; other arms' masses differ by more
 GROWTH = 1.01  # [-] per row, of noise; with slow noise, earlier versions wrote it just above 1
 SKEW = 1.0  # [s] recorders skew their streams by far less
-ROUNDED = 0.1  # [sd of its belief] by which a number may be off that was rounded by hand
+ROUNDED = 0.1  # [sd of its belief] by which a number may be off that was rounded by hand,
+DIGITS = 5e-3  # [-] or relatively, with three digits
 # Unit of a parameter, by the last word of its name.
 UNIT_OF = dict(zip(BODY, BODY_UNITS, strict=True)) | UNITS | {"time_offset": "s"}
 # Fields of a drive that are above 0, and fields that are 0 or more.
@@ -172,6 +174,8 @@ def _faults(fit: Fit) -> Iterator[str]:
     if not is_consistent(np.array([*fit.dynamics.inertials, *solid])).all():
         yield "no solid body has these masses"
     yield from _renamed(fit)
+    if missing := [name for name in unknowns_of(fit).names if name not in fit.names]:
+        yield f"its belief has no {missing[0]}"
 
 
 def _unlike(fit: Fit) -> Iterator[str]:
@@ -205,7 +209,8 @@ def _contradictory(fit: Fit) -> Iterator[str]:
             continue
         mean, sd = belief[name]
         logarithm = field in coordinates and coordinates[field].positive
-        if not np.isclose(np.log(value) if logarithm else value, mean, atol=ROUNDED * sd):
+        x, off = (np.log(value), DIGITS) if logarithm else (value, DIGITS * abs(mean))
+        if not abs(x - mean) <= off + ROUNDED * sd:
             due = f"exp({mean:.6g})" if logarithm else f"{mean:.6g}"
             yield f"{name} is {value:.6g}, and by the mean of its belief {due}"
 
