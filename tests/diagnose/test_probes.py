@@ -21,6 +21,7 @@ from urdyn.diagnose.space import space
 from urdyn.diagnose.warmth import unfelt
 from urdyn.identify.excite.probe import LEAST, probe
 from urdyn.identify.excite.proof import Safe
+from urdyn.model.arm import Arm, read_arm
 from urdyn.model.cell import STANDING
 from urdyn.model.collision import collider
 from urdyn.simulate import Payload, Trajectory
@@ -81,3 +82,15 @@ def test_the_probe_is_proposed_unless_a_joint_bears_too_little_to_show_a_gap(
     known = {option for each in get_command(app).commands["excite"].params for option in each.opts}
     assert {option for text in told for option in re.findall(r"--[a-z-]+", text)} < known
     assert [j for j, text in enumerate(told) if "no motion" in text] == light
+
+
+def test_of_a_joint_that_was_not_learnt_no_motion_shows_a_gap(shop: Shop) -> None:
+    of = replace(space(shop.fit), unlearnt=np.arange(6) == 2)
+    test = Backlash(of, 1.0 / RATE, read_rules().fast.joint_backlash)
+    told = [row["probe"] for row in Observability(of, test.rule).of(test.init())]
+    assert ["commission anew" in text for text in told] == list(of.unlearnt)
+
+
+def test_a_probe_is_of_a_joint_by_its_name_however_that_is_written(ur5e: Arm) -> None:
+    arm = read_arm(ur5e.urdf.replace("shoulder_lift_joint", "Joint2"), "its.urdf")
+    assert {_joint(arm, name, "probe") for name in ("Joint2", "joint2", "JOINT2")} == {1}

@@ -104,7 +104,7 @@ def test_a_joint_of_which_most_is_prior_is_said_to_be_what_is_typical(
     fit = replace(identified, belief=Gaussian(identified.belief.mean, cov))
     said = doubts(fit, [])
     assert said == unlearnt(fit) and len(said) == (share > 0.5)
-    assert all(one.startswith("next to no motion of elbow with a current") for one in said)
+    assert all(one.startswith("the logs tell next to nothing of") for one in said)
 
 
 def test_no_fit_is_made_to_a_current_that_never_changes(

@@ -163,7 +163,7 @@ def _joint(arm: Arm, name: str | None, kind: str) -> int:
             raise typer.BadParameter("a probe needs --joint, like --joint elbow")
         return 0
     plain = name.lower().replace(" ", "_").removesuffix("_joint")
-    called = [joint.removesuffix("_joint") for joint in arm.joint_names]
+    called = [joint.lower().removesuffix("_joint") for joint in arm.joint_names]
     if plain.isdecimal() and int(plain) < arm.joints:
         return int(plain)
     if plain not in called:

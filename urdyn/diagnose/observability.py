@@ -21,6 +21,7 @@ from urdyn.simulate.limits import ACCELERATION
 
 WAYS = (np.arange(len(GAPS)), len(GAPS) + np.arange(len(FLIGHTS)))  # of crossing: motor's, link's
 POSES = 181  # among which the heaviest load is sought
+COMMISSION = "commission anew, with {} moving: no gap is looked for in joints not learnt there"
 MOVED = 1.0  # [s] of motion, after which a load has kept its gear on one flank
 
 
@@ -40,6 +41,8 @@ class Observability:
             row: dict[str, Any] = {"joint": j, "name": name, "reversals": count, "observable": seen}
             row |= {"half_gap_rad": gap if np.isfinite(gap) else None}
             how = {} if seen else {"why": self._why(state, j), "probe": self._probe(j)}
+            if self.space.unlearnt[j]:
+                how = {"why": "not learnt at commissioning", "probe": COMMISSION.format(name)}
             told.append(row | how)
         return told
 

@@ -158,5 +158,9 @@ def _nothing_found(unjudged: Sequence[str], joints: int) -> str:
     """The text where nothing was found."""
     if unjudged and len(unjudged) == joints:
         return "too little was compared to judge: track it for longer, while its joints move"
-    few = f"; too little was seen of {', '.join(unjudged)} to judge" if unjudged else ""
-    return f"leave it at work: nothing was found{few}"
+    told = "leave it at work: nothing was found"
+    if not unjudged:
+        return told
+    return (
+        f"{told}; too little was seen of {', '.join(unjudged)}, now or at commissioning, to judge"
+    )

@@ -97,7 +97,7 @@ class Fit:
 
     @cached_property
     def unlearnt(self) -> Mask:
-        """Joints whose friction the prior tells rather than data, (J,): they hardly moved."""
+        """Joints whose friction the prior tells rather than data, (J,): most hardly moved."""
         at = [self.names.index(f"{joint}.coulomb") for joint in self.dynamics.arm.joint_names]
         prior = population(self.dynamics.arm).drive["coulomb"].sd
         return np.asarray(self.belief.cov.diagonal()[at] > 0.5 * prior**2)

@@ -58,8 +58,8 @@ OTHERWISE_WARM = (
     "friction differs by more than the intervals say; compare warm with warm"
 )
 UNLEARNT = (
-    "next to no motion of {} with a current is in any log: values and noise of such joints are "
-    "only what is typical, and diagnosis does not judge them"
+    "the logs tell next to nothing of the friction of {}: where a joint hardly moved, its values "
+    "and noise are only what is typical; diagnosis does not judge such joints"
 )
 
 

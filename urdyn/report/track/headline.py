@@ -123,7 +123,8 @@ def _nothing_found(summary: Mapping[str, Any], lasted: str, judged: bool, look: 
         told = f"Too little was compared in {lasted} to judge."
         todo = "Track it for longer, while its joints move."
     elif few := unjudged(summary["joints"]):
-        told += f" Too little was seen of {', '.join(map(spoken, few))} to judge."
+        which = ", ".join(map(spoken, few))
+        told += f" Too little was seen of {which}, now or at commissioning, to judge."
     return [paragraph(tied(told), "headline"), paragraph(todo, "advice")]
 
 
