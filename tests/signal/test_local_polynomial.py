@@ -190,4 +190,4 @@ def test_an_acceleration_is_told_as_the_average_that_its_weights_say(lead: float
     inside = slice(2 * HALF, -2 * HALF)  # the first row's, and what lies beyond a window, aside
     assert np.isclose(weigh.sum(), 1.0)
     off = (np.correlate(a, weigh, "same") - told)[inside]
-    assert np.abs(off).max() < (1e-9 if lead == 0.0 else 0.1)
+    assert np.abs(off).max() < 1e-9

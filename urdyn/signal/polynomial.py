@@ -164,18 +164,19 @@ def weights(fit: LocalPolynomial, at: float, velocities: bool = True) -> tuple[A
 
 @lru_cache(maxsize=64)
 def averaging(fit: LocalPolynomial, at: float = 0.0) -> Array:
-    """What the true acceleration in each row of a uniform window weighs in the estimate, (m,).
+    """What the true acceleration in each row around a uniform window weighs in the estimate, (n,).
 
     The window has velocities. `at` [s]: from its centre to where the estimate is, as in `weights`;
-    rows are counted from there. The sum is 1, for a constant acceleration is told as it is.
+    rows are counted from there, to as far beyond the window as it reaches from there. The sum is 1,
+    for a constant acceleration is told as it is.
     """
     of_q, of_v = weights(fit, at)
-    row = np.arange(fit.samples, dtype=np.float64)
-    since = row[:, None] - row - at / fit.step + 0.5  # [rows] from where an acceleration sets in
+    row, beyond = np.arange(fit.samples, dtype=np.float64), int(np.ceil(abs(at) / fit.step))
+    told = np.arange(-beyond, fit.samples + beyond, dtype=np.float64)
+    since = row[:, None] - told - at / fit.step + 0.5  # [rows] from where an acceleration sets in
     lasted, gone = np.maximum(since, 0.0), np.maximum(since - 1.0, 0.0)
     angle, rate = 0.5 * fit.step**2 * (lasted**2 - gone**2), fit.step * (lasted - gone)
-    each = of_q[2] @ angle + of_v[2] @ rate
-    return frozen(each / each.sum())
+    return frozen(of_q[2] @ angle + of_v[2] @ rate)
 
 
 def joint_by_joint(t: Array, q: Array, v: Array, at: Array) -> tuple[Array, Array, Array, Array]:
