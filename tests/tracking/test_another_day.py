@@ -123,7 +123,8 @@ def test_a_bulky_piece_is_told_of_once_and_weighed(
         if since > 5.0:
             weighed.append(state.belief.mean[at["payload"]][0] / MASS - 1.0)
     assert len(told) == 1 and 0.0 < told[0] < 5.0
-    assert abs(weighed[0]) < 0.03 and np.abs(weighed).max() < 0.06
+    unsure = 0.08 / MASS  # gains that no payload told leave an sd of .08 kg; 2.6 of them, 99 %
+    assert abs(weighed[0]) < 0.03 and np.abs(weighed).max() < 2.6 * unsure
     assert np.abs(state.belief.mean[at["f"]] - friction).max() < 0.06
 
 
