@@ -48,7 +48,8 @@ def test_what_needs_no_service_is_to_be_looked_at_all_the_same():
 def test_nothing_found_is_no_health_where_too_little_was_seen():
     some, none = ({"elbow": False, "wrist": seen} for seen in (True, False))
     told = recommendation((), Costs(), some)["text"]
-    assert told == "leave it at work: nothing was found; too little was seen of elbow to judge"
+    few = "too little was seen of elbow, now or at commissioning, to judge"
+    assert told == f"leave it at work: nothing was found; {few}"
     assert "leave it" not in recommendation((), Costs(), none)["text"]
     assert recommendation((GROWING,), Costs(), none) == advice(GROWING)
 

@@ -121,7 +121,8 @@ def test_what_too_little_was_seen_of_is_neither_well_nor_steady(history):
     assert said(nothing, "headline") == "Too little was compared in 60.0 s to judge."
     assert "Leave it" not in nothing and ", steady" not in nothing and "Steady:" not in nothing
     one = track_page(History((history,)), summary(**diagnosed(judged=(False, True))))
-    assert "Too little was seen of shoulder to judge." in said(one, "headline")
+    told = said(one, "headline")
+    assert "Too little was seen of shoulder, now or at commissioning, to judge." in told
     assert "every joint but shoulder, of which too little was seen, are as" in said(one, "said")
     table = one[one.index("<table") :]
     rows = [row for row in table.split("<tr>") if "<th>shoulder</th>" in row]
