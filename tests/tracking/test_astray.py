@@ -157,4 +157,7 @@ def test_a_sentence_has_room_for_a_few_changes(count, words):
 def test_nothing_is_found_where_nothing_was_compared():
     run = {"findings": [], "quality": {"compared": [0] * 6}}
     assert "not judged" in summed(run) and "joints that move and their currents" in summed(run)
-    assert summed(run | {"quality": {"compared": [0, 3, 0, 0, 0, 0]}}) == "nothing found"
+    some = run | {"quality": {"compared": [0, 3, 0, 0, 0, 0]}}
+    assert summed(some) == "nothing found"
+    joints = [{"name": "lift", "judged": True}, {"name": "elbow", "judged": False}]
+    assert "\nnot judged: elbow: too little was seen" in summed(some | {"joints": joints})

@@ -102,6 +102,10 @@ def summed(summary: dict[str, Any]) -> str:
     if not found and not any(summary["quality"]["compared"]):
         return "not judged: no current was compared: that takes joints that move and their currents"
     arm = [f"health index of the arm: {lasting(summary['arm'])}"] if "arm" in summary else []
+    judged = {joint["name"]: joint["judged"] for joint in summary.get("joints", ())}
+    few = [name for name, told in judged.items() if not told]
+    if 0 < len(few) < len(judged):
+        arm.append(f"not judged: {', '.join(few)}: too little was seen, now or at commissioning")
     if not found:
         return "\n".join(["nothing found", *arm])
     doubt = [summary["doubt"]] if "doubt" in summary else []
