@@ -401,5 +401,7 @@ def test_a_file_that_is_not_text_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("robot", ["ur4", "", "no/such/file.urdf", "/"])
 def test_an_unknown_arm_is_answered_with_the_names(robot: str) -> None:
-    with pytest.raises(ArmError, match="ur3, ur3e, ur5, ur5e, ur10, ur10e, ur16e, ur20, ur30"):
+    with pytest.raises(
+        ArmError, match="ur3, ur3e, ur5, ur5e, ur10, ur10e, ur16e, ur20, ur30, ur7e, ur12e"
+    ):
         load_arm(robot)

@@ -12,10 +12,10 @@ import pytest
 from urdyn.cli.serving import cycle
 from urdyn.diagnose.rules_file import read_rules
 from urdyn.io.calibration_file import read_calibration
-from urdyn.model.arm import Arm, controller_base, load_arm, read_arm
+from urdyn.model.arm import Arm, controller_base, described, load_arm, read_arm
 from urdyn.model.geometry.drawing import angles
 from urdyn.model.geometry.origins import with_origins
-from urdyn.model.library import names
+from urdyn.model.library import RERATED, names
 from urdyn.model.population import population
 from urdyn.model.ur_type import ALIKE, _known, ur_type
 from urdyn.simulate.limits import comfortable
@@ -55,7 +55,19 @@ def test_a_ur_arm_is_that_by_any_name_with_any_prefix_and_mounting(robot: str) -
 
 
 def test_a_type_that_is_not_in_the_library_keeps_its_name() -> None:
-    assert ur_type(renamed(load_arm("ur5e"), "UR7e")) == "ur7e"
+    assert ur_type(renamed(load_arm("ur5e"), "UR15")) == "ur15"
+
+
+@pytest.mark.parametrize(("robot", "before"), RERATED.items())
+def test_an_arm_that_is_sold_under_another_name_is_the_same_arm(robot: str, before: str) -> None:
+    arm, older = load_arm(robot.upper()), load_arm(before)
+    assert arm.name == ur_type(arm) == robot and read_arm(arm.urdf).name == robot
+    np.testing.assert_array_equal(arm.inertials, older.inertials)
+    np.testing.assert_array_equal(
+        population(arm).drive["gain"].sd, population(older).drive["gain"].sd
+    )
+    assert has_force_sensor(arm) and cycle(arm) == cycle(older)
+    assert RULES.rated[robot] >= RULES.rated[before] and described(arm) and not described(older)
 
 
 def test_an_arm_that_is_two_centimetres_longer_is_of_no_type() -> None:

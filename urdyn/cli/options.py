@@ -9,7 +9,8 @@ import typer
 
 _ROBOT = typer.Option(
     "--robot",
-    help="Arm type (ur3 ur5 ur10 ur3e ur5e ur10e ur16e ur20 ur30), upright, or a URDF file.",
+    help="Arm type (ur3 ur5 ur10 ur3e ur5e ur7e ur10e ur12e ur16e ur20 ur30), upright, or a URDF "
+    "file.",
 )
 Robot = Annotated[str | None, _ROBOT]
 OneRobot = Annotated[str, _ROBOT]  # where nothing else determines it

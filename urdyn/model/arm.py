@@ -23,7 +23,7 @@ from urdyn.errors import ArmError
 from urdyn.given import given_each, given_numbers
 from urdyn.model.chain import Chain, parse, read_chain, read_text
 from urdyn.model.consistency import is_consistent
-from urdyn.model.library import find, names
+from urdyn.model.library import RERATED, find, names
 from urdyn.types import Array, Mask, freeze, shaped
 
 # What dynamics needs from a URDF. Geometry never reaches Pinocchio: missing meshes do not matter.
@@ -196,6 +196,10 @@ class Arm:
 
 def load_arm(robot: str | Path) -> Arm:
     """An arm of the library by its name, or any serial chain by the path of its URDF."""
+    if (name := str(robot).lower()) in RERATED:
+        older = load_arm(RERATED[name])
+        urdf = older.urdf.replace(f'<robot name="{older.name}">', f'<robot name="{name}">')
+        return replace(older, name=name, urdf=urdf)
     path = find(robot)
     try:
         return read_arm(_located(read_text(path), path.absolute().parent), path.stem)

@@ -35,7 +35,7 @@ TYPICAL = {
 IDENTIFIED_GAIN = {"ur10": (13.5841, 14.2959, 11.3716, 11.2408, 11.7681, 11.7682)}
 # Arms that have the table's joints. In the maker's test three of them differ by 1 %, and sources
 # differ by 3 % on one size: both are within this spread, with room left for the gear.
-MEASURED = frozenset({"ur3e", "ur5e", "ur10e", "ur16e"})
+MEASURED = frozenset({"ur3e", "ur5e", "ur7e", "ur10e", "ur12e", "ur16e"})
 GAIN_SPREAD = 0.05  # relative sd of such a joint's gain
 SIZE_SPREAD = 0.10  # of a joint known only by its size: older ones differ by 5 to 15 %
 UNRATED_SPREAD = 0.30  # of any other
