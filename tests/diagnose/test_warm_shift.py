@@ -18,8 +18,9 @@ from urdyn.diagnose.signs import noisier
 from urdyn.diagnose.slow import Slow
 from urdyn.diagnose.slow_state import LearntBy
 from urdyn.diagnose.space import space
+from urdyn.model.population import KAPPA
 from urdyn.simulate import happening, observe, plan, real_sensors
-from urdyn.tracking.model import KAPPA, LAG
+from urdyn.tracking.model import LAG
 
 STEP = 2.0  # [s]
 

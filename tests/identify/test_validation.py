@@ -17,6 +17,7 @@ from urdyn.identify import Fit, Noise, identify, validate
 from urdyn.identify.enough import MIN_ROWS
 from urdyn.identify.scoring import FLOOR_BAND, interval, noise_floor
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.population import KAPPA, KAPPA_SD
 from urdyn.report.identify.doubts import another
 from urdyn.report.identify.summary import validated
 from urdyn.signal import condition
@@ -195,6 +196,25 @@ def test_the_interval_has_in_it_what_is_not_known_of_a_parameter(
     slope = (other.current(part) - here.current(part)) / step
     expected = NORMAL90 * np.hypot(fit.noise.sd, sd * slope)
     np.testing.assert_allclose(interval(fit, part), expected, atol=1e-3)
+
+
+def test_a_warmer_joint_is_predicted_with_the_usual_effect_of_warmth(
+    all_knowing: Fit, noisy: Log
+) -> None:
+    """Where the twin does not know its own, and where temperatures were measured."""
+    drive = all_knowing.dynamics.drive
+    knows = np.arange(6) == 1
+    drive = replace(drive, thermal=np.where(knows, -0.1, 0.0))
+    fit = replace(all_knowing, dynamics=replace(all_knowing.dynamics, drive=drive))
+    warm = np.tile(drive.temperature + 12.0, (len(noisy), 1))
+    warm[:, 5] = np.nan
+    log = replace(noisy, channels={**noisy.channels, "joint_temperatures": warm})
+    motion, usual = condition(log), np.where(knows, -0.1, -KAPPA * drive.viscous)
+    due = replace(fit.dynamics, drive=replace(drive, thermal=usual)).current(motion)
+    np.testing.assert_allclose(validate(fit, log).predicted, due, atol=1e-9)
+    plain = fit.dynamics.current(motion)
+    unsure = NORMAL90 * np.hypot(fit.noise.sd, KAPPA_SD / KAPPA * np.where(knows, 0.0, due - plain))
+    np.testing.assert_allclose(interval(fit, motion), unsure, rtol=1e-3)
 
 
 @pytest.mark.parametrize("rate", [100.0, 125.0, 500.0])

@@ -20,8 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.diagnose.space import Space
+from urdyn.model.population import KAPPA
 from urdyn.signal.channels import mean_measured
-from urdyn.tracking.model import KAPPA, LAG
+from urdyn.tracking.model import LAG
 from urdyn.tracking.warmth import warmed
 from urdyn.types import Array
 

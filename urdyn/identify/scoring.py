@@ -22,6 +22,7 @@ from urdyn.identify.enough import dead, too_few
 from urdyn.identify.fit import Fit, Fitted, fit_in
 from urdyn.identify.unsure import unsure
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.population import KAPPA, KAPPA_SD
 from urdyn.model.whose import require_own
 from urdyn.signal import conditioned, measured
 from urdyn.signal.stretches import median_step, stretches
@@ -68,7 +69,7 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
     motion = conditioned(log)
     if why := too_few(motion.current):
         raise LogError(why, log.source.path)
-    predicted = fit.dynamics.current(motion)
+    predicted = fit.dynamics.current(motion) + _warmth(fit.dynamics, motion)
     error = motion.current - predicted
     target_error = motion.current - log.joint("target_current")
     filtered = low_passed(motion)
@@ -152,11 +153,20 @@ def noise_floor(t: Array, current: Array) -> Array:
 def interval(fit: Fit, motion: Motion) -> Array:
     """Half width of the 90 % interval of a sample of current, (N, J) [A].
 
-    Of its noise, and of what is unknown of the parameters.
+    Of its noise, and of what is unknown of the parameters and of the effect of warmth.
     """
     dof = fit.noise.dof
     quantile = student.ppf(0.95, dof) * np.sqrt((dof - 2.0) / dof)
-    return np.asarray(quantile * np.hypot(fit.noise.sd, unsure(fit, motion)))
+    warmth = KAPPA_SD / KAPPA * _warmth(fit.dynamics, motion)
+    return np.asarray(quantile * np.hypot(fit.noise.sd, np.hypot(unsure(fit, motion), warmth)))
+
+
+def _warmth(dynamics: Dynamics, motion: Motion) -> Array:
+    """Current by the usual effect of warmth, (N, J) [A]; 0 where the model has the joint's own."""
+    drive = dynamics.drive
+    warmer = np.nan_to_num(motion.temperature - drive.temperature)
+    saved = np.where(drive.thermal == 0.0, KAPPA * drive.viscous * warmer * motion.v, 0.0)
+    return np.asarray(-saved / (drive.gain * drive.health))
 
 
 def _share(part: Mask, whole: Mask) -> Array:

@@ -20,6 +20,7 @@ from urdyn.dbn.wear import Fading, Jolt, Wear
 from urdyn.dbn.widening import Widening
 from urdyn.identify.fit import Fit
 from urdyn.identify.slow import MEMORY
+from urdyn.model.population import KAPPA, KAPPA_SD
 from urdyn.tracking.colour import SLOWEST
 from urdyn.tracking.commissioned import (
     commissioned,
@@ -55,8 +56,7 @@ ANYTHING = np.repeat([10.0, 1.0], [4, 6])
 # kg, kg m, kg m²: a piece too light for evidence, maybe in the gripper since the last rest.
 LIGHT = np.array([0.5, 0.05, 0.05, 0.05, *[0.005] * 6])
 BULKY = np.where(np.arange(10) < 4, 0.0, PAYLOAD_SD)  # a piece that turned out not to be light
-# Viscous friction of UR arms falls by 15 to 25 % over the 12 to 20 K of a warm-up.
-KAPPA, KAPPA_SD, KAPPA_F_SD = 0.014, 0.004, 0.002  # [1/K]
+KAPPA_F_SD = 0.002  # [1/K] effect of warmth on f
 LAG = 300.0  # [s] time constant with which the lubricant's temperature follows the joint's
 UNLIKE = 0.4  # [K] sd of their difference
 

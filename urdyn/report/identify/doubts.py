@@ -55,7 +55,8 @@ SKEWED = (
 )
 OTHERWISE_WARM = (
     "joints were up to {} K {} than in the twin's logs, which do not tell what warmth does to {}: "
-    "friction differs by more than the intervals say; compare warm with warm"
+    "prediction takes the usual effect, 1.4 ± 0.7 % of viscous friction per kelvin; better compare "
+    "warm with warm"
 )
 UNLEARNT = (
     "the logs tell next to nothing of the friction of {}: where a joint hardly moved, its values "
@@ -99,7 +100,7 @@ def misnamed(fit: Fit, scores: Sequence[Score]) -> list[str]:
 
 
 def otherwise_warm(fit: Fit, scores: Sequence[Score]) -> list[str]:
-    """Logs of an arm colder or warmer than its twin, by more than intervals allow for."""
+    """Logs of an arm colder or warmer than its twin, whose own effect of warmth is not known."""
     drive = fit.dynamics.drive
     each = np.array([mean_measured(s.log.joint("joint_temperatures")) for s in scores])
     apart = np.where(drive.thermal == 0.0, np.nan_to_num(each - drive.temperature), 0.0)
