@@ -86,6 +86,22 @@ def test_the_typical_arm_has_the_published_masses(robot: str) -> None:
     assert not any(getattr(typical.drive, name).any() for name in OPTIONAL)
 
 
+@pytest.mark.parametrize(
+    ("robot", "later"), [("ur3e", (0.0449, 0.0111)), ("ur5e", (0.3325, 0.0785))]
+)
+def test_what_is_published_as_a_cylinder_may_be_half_as_long_again(
+    robot: str, later: tuple[float, float]
+) -> None:
+    """As UR's later moments of inertia across upper arm and forearm [kg·m²] are."""
+    arm = load_arm(robot)
+    prior = population(arm)
+    own = np.exp(prior.link_mean[1:3, 1]) ** 2  # along the link, per unit of mass
+    longer = 0.5 * np.log(np.array(later) / arm.inertials[1:3, 0] / own)
+    assert (longer > 0.3).all() and (longer < 1.5 * prior.link_sd[1:3, 1]).all()
+    drawn = population(load_arm("ur10e"))  # whose tensors are its drawings'
+    assert (drawn.link_sd[:, 1:4] < 0.5 * prior.link_sd[:, 1:4]).all()
+
+
 def test_a_term_that_is_not_asked_for_is_zero_and_changes_no_other(
     arms_of_a_type: Population,
 ) -> None:
