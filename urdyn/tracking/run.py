@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Generic
 
@@ -25,7 +25,7 @@ from urdyn.tracking import beliefs, checkpoint, interest
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.keeper import Keeper, begin_scribe
 from urdyn.tracking.latency import Latency
-from urdyn.tracking.losses import counted, no_losses
+from urdyn.tracking.losses import Losses, counted, no_losses
 from urdyn.tracking.modes import mode_of
 from urdyn.tracking.observer import Observer
 from urdyn.tracking.own import of_this_arm
@@ -37,7 +37,7 @@ from urdyn.tracking.restarts import arrivals
 from urdyn.tracking.row import row, spacing
 from urdyn.tracking.setting import agrees, at_the_end
 from urdyn.tracking.source import Arrival, Source, now
-from urdyn.tracking.state import begun_anew
+from urdyn.tracking.state import TrackerState, begun_anew
 from urdyn.tracking.summary import Summary, final, ill_sensors, quality
 from urdyn.tracking.tracker import Tracker
 from urdyn.version import __version__
@@ -174,6 +174,8 @@ def _at_pace() -> Iterator[None]:
 
 @dataclass(frozen=True, eq=False)
 class _Run(Generic[S]):
+    """One run: what is tracked, who is told of it, and how long that takes."""
+
     tracker: Tracker[S]
     source: Source
     out: Path
@@ -181,30 +183,39 @@ class _Run(Generic[S]):
     keeper: Keeper[S]
     watch: Watch | None
     observer: Observer | None
+    pace: Latency = field(default_factory=Latency)  # of samples; a robot's from when they came
+    work: Latency = field(default_factory=Latency)  # of computing
 
-    def to_the_end(self, at: Checkpoint[S]) -> dict[str, Any]:
+    def to_the_end(self, begun: Checkpoint[S]) -> dict[str, Any]:
         """Process every remaining sample, then finish the files."""
-        begin, pace, work = time.perf_counter(), Latency(), Latency()
-        # The length of a live source counts from here.
-        begun = at.index if self.source.live else 0
+        begin = time.perf_counter()
+        self._note(begun)
+        at, newest = self._followed(begun)
         self._note(at)
+        self._show_ended(newest)  # the arm is not stale while its run ends
+        found = self.observer.finish() if self.observer else {}
+        self._show_ended(newest)
+        changes = self._finish(at)
+        return self._summary(at, found, changes, begin).plain() | dict(found)
+
+    def _followed(self, at: Checkpoint[S]) -> tuple[Checkpoint[S], RunProgress | None]:
+        """Where the run is after every remaining sample, and the newest glance at it."""
+        begun = at.index if self.source.live else 0  # a live source's length counts from here
+        part = max(1 if self.source.live else AGAIN, round(PART / self.source.period))
         before: Arrival | None = None
         newest: RunProgress | None = None
-        part = max(1 if self.source.live else AGAIN, round(PART / self.source.period))
-        arm = self.tracker.fit.dynamics.arm
         due = False
-        came = arrivals(self.source, at.index, at.last, at.ahead)
-        for arrival in of_this_arm(arm, came, self.source.name) if self.source.live else came:
+        for arrival in self._arrivals(at):
             started = time.perf_counter()
             lost = self._missing(before, arrival) if before else 0
             at, reading = self._step(at, arrival, lost)
             before = arrival
             done = time.perf_counter() - started
-            work.take(done)
+            self.work.take(done)
             delay = now() - arrival.received if self.source.live else 0.0
-            pace.take(delay if self.source.live else done)
+            self.pace.take(delay if self.source.live else done)
             if reading is not None:
-                newest = self._show(at, reading, delay, work, begun)
+                newest = self._show(at, reading, delay, begun)
                 at = self._gathered(at, reading)
             due = due or at.index % part == 0
             # A robot does not wait for the disk or the observer: its next checkpoint does.
@@ -212,22 +223,35 @@ class _Run(Generic[S]):
                 self._note(at)
                 at, due = self.keeper.keep(at), False
             self.keeper.go_on()
-        self._note(at)
-        self._show_ended(newest)  # the arm is not stale while its run ends
-        found = self.observer.finish() if self.observer else {}
-        self._show_ended(newest)
-        changes = self._finish(at)
-        told = final(self.tracker, self.quantities, at)
+        return at, newest
+
+    def _arrivals(self, at: Checkpoint[S]) -> Iterator[Arrival]:
+        """The remaining samples; LogError at those of a robot that is not the twin's."""
+        came = arrivals(self.source, at.index, at.last, at.ahead)
+        if not self.source.live:
+            return came
+        return of_this_arm(self.tracker.fit.dynamics.arm, came, self.source.name)
+
+    def _summary(
+        self, at: Checkpoint[S], found: Mapping[str, Any], changes: list[float], begin: float
+    ) -> Summary:
+        """The results of a run that began at `begin` [s].
+
+        Args:
+            found: the observer's document.
+            changes: when the payload was taken to have changed [s].
+        """
+        told, arm = final(self.tracker, self.quantities, at), self.tracker.fit.dynamics.arm
         known = weighed(self.tracker.believed(at.state), self.tracker.currents)
         known = known and not ill_sensors(found)
-        summary = Summary(
+        return Summary(
             robot=arm.name,
             samples=at.index,
             lost=at.losses.lost if self.source.live else None,
             data_s=float(np.nan_to_num(at.last - at.began)) - at.losses.gaps_s,
             wall_s=time.perf_counter() - begin,
-            rate_hz=work.count / work.total if work.count else 0.0,
-            latency_ms=pace.summary(),
+            rate_hz=self.work.count / self.work.total if self.work.count else 0.0,
+            latency_ms=self.pace.summary(),
             rss_mb=peak_rss() / 1e6,
             filter=type(self.tracker.filter).__name__,
             mode=mode_of(self.tracker.filter),
@@ -238,7 +262,6 @@ class _Run(Generic[S]):
             payload_known=known,
             payload_setting=at_the_end(at.setting, told, self.quantities.whole, known),
         )
-        return summary.plain() | dict(found)
 
     def _step(
         self, at: Checkpoint[S], arrival: Arrival, lost: int
@@ -253,26 +276,30 @@ class _Run(Generic[S]):
             else:
                 self.observer.miss(*self.tracker.missed(state))
         set_back = max(at.last - t, 0.0) if np.isfinite(at.last) else 0.0
-        began = at.began - set_back if np.isfinite(at.began) else t
+        after = replace(
+            at,
+            state=state,
+            losses=self._losses(at, before, arrival, lost),
+            setting=at.setting.heard(arrival.sample.setting, state.moved - before.moved),
+            index=at.index + 1,
+            began=at.began - set_back if np.isfinite(at.began) else t,
+            last=t,
+            ahead=arrival.ahead,
+        )
+        return after, reading
+
+    def _losses(
+        self, at: Checkpoint[S], before: TrackerState[S], arrival: Arrival, lost: int
+    ) -> Losses:
+        """What the stream has lacked, up to this sample, after `lost` ones that did not come."""
         stretch = before.causal.t  # the whole stretch, where it is too short to learn from
         few = len(stretch) if len(stretch) < self.tracker.enough else 0
         since = float(stretch[0]) if few else np.nan
         period = self.source.period
-        lacked = counted(at.losses, arrival.sample, at.last, period, since, few, lost)
-        if arrival.ahead != at.ahead:
-            lacked = replace(lacked, clock_set=lacked.clock_set + 1)
-        setting = at.setting.heard(arrival.sample.setting, state.moved - before.moved)
-        now = replace(
-            at,
-            state=state,
-            losses=lacked,
-            setting=setting,
-            index=at.index + 1,
-            began=began,
-            last=t,
-            ahead=arrival.ahead,
-        )
-        return now, reading
+        losses = counted(at.losses, arrival.sample, at.last, period, since, few, lost)
+        if arrival.ahead == at.ahead:
+            return losses
+        return replace(losses, clock_set=losses.clock_set + 1)
 
     def _missing(self, before: Arrival, arrival: Arrival) -> int:
         """Number of samples missing between two: by their stamps, unless a clock was set."""
@@ -280,9 +307,7 @@ class _Run(Generic[S]):
         stamped -= arrival.ahead - before.ahead
         return max(0, round(float(elapsed(stamped, waited)) / self.source.period) - 1)
 
-    def _show(
-        self, at: Checkpoint[S], reading: Reading, delay: float, work: Latency, begun: int
-    ) -> RunProgress:
+    def _show(self, at: Checkpoint[S], reading: Reading, delay: float, begun: int) -> RunProgress:
         """Inform the watcher; every k-th sample, and a new payload, also give a row of history."""
         due = at.index % spacing(self.source.period) == 0 or reading.widened
         progress = RunProgress(
@@ -290,7 +315,7 @@ class _Run(Generic[S]):
             last=at.last,
             samples=at.index,
             share=(at.index - begun) / self.source.length if self.source.length else 0.0,
-            rate=work.count / work.total,
+            rate=self.work.count / self.work.total,
             reading=reading,
             quantities=self.quantities,
             row=due,
