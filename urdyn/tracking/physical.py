@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -74,27 +74,20 @@ class Quantities:
         Args:
             beside: those of other streams' quantities.
         """
-        at, x, sd = self.currents.places, belief.mean, belief.sd
-        mean, spread = [], []
+        bodies = self._friction(belief), self._masses(belief), self._carried(belief)
+        means, sds = zip(*self._joints(belief), *bodies, beside, strict=True)
+        return np.concatenate(means), np.concatenate(sds)
+
+    def _joints(self, belief: Gaussian) -> Iterator[tuple[Array, Array]]:
+        """Mean and sd of each quantity in JOINT, (J,) each."""
+        x, sd = belief.mean, belief.sd
         for group in JOINT:
-            value, error = x[at[group]], np.hypot(sd[at[group]], self.taken.get(group, 0.0))
+            at = self.currents.places[group]
+            mean, spread = x[at], np.hypot(sd[at], self.taken.get(group, 0.0))
             if group in POSITIVE:
-                value = np.exp(value)
-                error = value * error
-            mean.append(np.minimum(value, 1.0) if group == "z" else value)
-            spread.append(error)
-        friction, error = self._friction(belief)
-        mean.append(friction)
-        spread.append(error)
-        m, M = at["m"], self.mass_shown
-        shown = ((M @ belief.cov[m, m]) * M).sum(axis=1)
-        masses, payload = self.links(belief)[:, 0], self.payload(belief)
-        hidden = self.mass_hidden**2 + (self.taken["m"] * masses) ** 2
-        mean += [masses, payload, beside[0]]
-        weighed = self.taken["payload"] * (payload - self._tool)
-        carried = np.hypot(sd[self._load], weighed)
-        spread += [np.sqrt(shown + hidden), carried, beside[1]]
-        return np.concatenate(mean), np.concatenate(spread)
+                mean = np.exp(mean)
+                spread = mean * spread
+            yield np.minimum(mean, 1.0) if group == "z" else mean, spread
 
     def _friction(self, belief: Gaussian) -> tuple[Array, Array]:
         """Mean and sd of f + g exp(-v / v_s) + alpha v at WORKING_SPEED v, (J,) each [N·m]."""
@@ -104,6 +97,19 @@ class Quantities:
         own = a**2 * P[f, f].diagonal() + b**2 * P[alpha, alpha].diagonal()
         variance = own + 2.0 * a * b * P[f, alpha].diagonal()
         return a + self._fading + b, np.sqrt(variance + self.taken["friction"] ** 2)
+
+    def _masses(self, belief: Gaussian) -> tuple[Array, Array]:
+        """Mean and sd of the links' masses, (J,) each [kg]."""
+        m, M, masses = self.currents.places["m"], self.mass_shown, self.links(belief)[:, 0]
+        shown = ((M @ belief.cov[m, m]) * M).sum(axis=1)
+        hidden = self.mass_hidden**2 + (self.taken["m"] * masses) ** 2
+        return masses, np.sqrt(shown + hidden)
+
+    def _carried(self, belief: Gaussian) -> tuple[Array, Array]:
+        """Mean and sd of the payload's mass [kg] and first moments [kg·m], (4,) each."""
+        payload = self.payload(belief)
+        by_gain = self.taken["payload"] * (payload - self._tool)
+        return payload, np.hypot(belief.sd[self._load], by_gain)
 
     @cached_property
     def _fading(self) -> Array:
