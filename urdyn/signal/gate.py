@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from urdyn.types import MAD_TO_SD, Array
+from urdyn.types import MAD_TO_SD, Array, Mask
 
 REACH = 100.0  # [rad/s²] more than a UR's joints accelerate in use
 FINEST = 5e-4  # [rad] what logs are rounded to, and more
@@ -16,8 +15,6 @@ STAMP = 1e-3  # [s] by which stamps scatter
 # [s] in which a shaken joint may move in any way: a real one that was pushed moved by 1 mrad that
 # its speeds do not show. Over longer, up to ONE_WAY, its speed is monotonic.
 SHAKEN, ONE_WAY = 0.01, 0.06
-
-Flags = NDArray[np.bool_]
 
 
 def furthest(dt: Array | float, speed: Array, change: Array, acceleration: float = REACH) -> Array:
@@ -61,16 +58,14 @@ class Gate:
         apart[0] = np.fmin(apart[0], np.abs(trapezoid))
         return apart
 
-    def refuses(
-        self, departure: Array, history: Array, dt: float, speeds: Sequence[Array]
-    ) -> Flags:
+    def refuses(self, departure: Array, history: Array, dt: float, speeds: Sequence[Array]) -> Mask:
         """Which of q and v, (2, J), to mark as not measured.
 
         Args:
             history: (n, 2, J) of departures.
             speeds: of the sample before and of this one, (J,) each [rad/s].
         """
-        beyond: Flags = departure > [[FINEST], [self.acceleration * dt]]
+        beyond: Mask = departure > [[FINEST], [self.acceleration * dt]]
         if np.count_nonzero(beyond):  # hardly ever: the rest is only asked for where it matters
             speed = np.fmax.reduce(np.abs(speeds))
             change = np.fmax.reduce([departure[1], *history[:, 1]])

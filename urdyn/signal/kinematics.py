@@ -6,17 +6,15 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from urdyn.given import given
 from urdyn.signal.polynomial import ORDERS, UNIFORM, LocalPolynomial, joint_by_joint, weights
 from urdyn.signal.stretches import breaks, median_step, windows
-from urdyn.types import Array, Index
+from urdyn.types import Array, Index, Mask
 
 BLOCK = 32768  # rows that are processed at a time
 BATCH = 2**14  # samples of windows that are solved at a time: their equations stay in the cache
-
-Flags = NDArray[np.bool_]
 
 
 class Kinematics(NamedTuple):
@@ -95,7 +93,7 @@ class _Block:
             out[:, rows] = single.reshape(ORDERS, len(rows), -1)
         return out
 
-    def _kinds(self) -> tuple[Flags, Flags, Flags]:
+    def _kinds(self) -> tuple[Mask, Mask, Mask]:
         """Uniform windows with all velocities, with none; windows measured alike in all joints."""
         has_q, has_v = np.isfinite(self.q), np.isfinite(self.v)
         uneven = np.abs(np.diff(self.t) - self.fit.step) > UNIFORM * self.fit.step
@@ -108,9 +106,9 @@ class _Block:
         angles = uniform & self._all(~np.any(has_v, axis=1))
         return both, angles, self._all(same)
 
-    def _all(self, flags: Flags) -> Flags:
+    def _all(self, flags: Mask) -> Mask:
         """Windows in which every row is flagged, (k,)."""
-        everywhere: Flags = _count(flags, self.first, self.last) == self.last - self.first
+        everywhere: Mask = _count(flags, self.first, self.last) == self.last - self.first
         return everywhere
 
     def _convolve(self, offset: Array, velocities: bool) -> Array:
@@ -126,7 +124,7 @@ class _Block:
                     out[k, :, joint] += np.correlate(v, of_v[k])
         return out
 
-    def _batches(self, flags: Flags) -> list[Index]:
+    def _batches(self, flags: Mask) -> list[Index]:
         """Flagged rows, some at a time."""
         rows, many = np.flatnonzero(flags), max(1, BATCH // self.fit.samples)
         return [rows[start : start + many] for start in range(0, len(rows), many)]
@@ -142,7 +140,7 @@ class _Block:
         return self.t[index] - self.t[self.row[rows], None], q, v, at
 
 
-def _count(flags: Flags, first: Index, last: Index) -> Index:
+def _count(flags: Mask, first: Index, last: Index) -> Index:
     """Flags that are set in first:last, (k,)."""
     total = np.concatenate([[0], np.cumsum(flags)])
     return np.asarray(total[last] - total[first])

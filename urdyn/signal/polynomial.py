@@ -18,11 +18,10 @@ from math import ceil
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
 from urdyn.errors import InputError
 from urdyn.given import given_count, given_number
-from urdyn.types import Array, frozen
+from urdyn.types import Array, Mask, frozen
 
 REACH, REACH_ALONE = 0.036, 0.1  # [s] to each side, the latter without velocities: `half_window`
 REACH_BACK = 0.2  # [s] that the instrument looks back: it follows up to 6 Hz, and none beyond 10
@@ -99,7 +98,7 @@ class LocalPolynomial:
         c = np.where(determined[:, None, None], np.linalg.solve(G, A.mT @ y), np.nan)
         return self._evaluate(c, (at - centre) / s) / s ** np.arange(ORDERS)[:, None, None]
 
-    def _equations(self, x: Array, q: Array, r: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+    def _equations(self, x: Array, q: Array, r: Array) -> tuple[Array, Array, Mask]:
         """Design (n, 2m, P), right-hand sides (n, 2m, J), and which windows determine P terms."""
         angles, rates = self._orders(x, 2)
         A, y = np.concatenate([angles, rates], 1), np.concatenate([q, r], 1)
@@ -110,7 +109,7 @@ class LocalPolynomial:
         A *= np.concatenate([has_q, has_r], 1)[..., None]
         return A, np.where(known, y, 0.0), self._determined(has_q, has_r)
 
-    def _determined(self, has_q: NDArray[np.bool_], has_r: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def _determined(self, has_q: Mask, has_r: Mask) -> Mask:
         """Windows in which enough is measured, (n,).
 
         Counting equations is not enough: angles at -1 and 1 with a velocity at 0 leave x² - 1
@@ -118,7 +117,7 @@ class LocalPolynomial:
         """
         angles, rates, pairs = (m.sum(1) for m in (has_q, has_r, has_q & has_r))
         by_rates = (angles > 0) & (rates >= self.degree)
-        enough: NDArray[np.bool_] = (angles > self.degree) | by_rates | (2 * pairs > self.degree)
+        enough: Mask = (angles > self.degree) | by_rates | (2 * pairs > self.degree)
         return enough
 
     def _evaluate(self, c: Array, x: Array) -> Array:

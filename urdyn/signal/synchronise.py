@@ -6,13 +6,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from urdyn.errors import LogError
 from urdyn.given import given_number, positive
 from urdyn.signal.channels import by_column, columns, is_pose, is_state
 from urdyn.signal.stretches import EVEN, GAP, median_step, stretches
-from urdyn.types import Array, Defect, Log
+from urdyn.types import Array, Defect, Index, Log, Mask
 
 
 def synchronise(*logs: Log, rate: float = 100.0) -> Log:
@@ -93,16 +92,13 @@ def _turned(grid: Array, stamps: Array, y: Array) -> Array:
     return np.asarray((start * Rotation.from_rotvec((at - before)[:, None] * way)).as_rotvec())
 
 
-def _bracketed(
-    grid: Array, stamps: Array, before: NDArray[np.intp], near: float
-) -> NDArray[np.bool_]:
+def _bracketed(grid: Array, stamps: Array, before: Index, near: float) -> Mask:
     """Whether a grid time is on a stamp or between two that no gap parts, (N,)."""
     after = np.minimum(before + 1, len(stamps) - 1)
     on = np.abs(grid - stamps[before]) <= near
     inside = (stamps[before] <= grid) & (grid <= stamps[after])
     whole = stamps[after] - stamps[before] <= GAP * median_step(stamps)
-    between: NDArray[np.bool_] = on | (inside & whole)
-    return between
+    return np.asarray(on | (inside & whole))
 
 
 def _defects(name: str, grid: Array, stamps: Array, values: Array, rate: float) -> list[Defect]:
