@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ SENSORS = (
     "actual_TCP_force",
     "joint_temperatures",
 )  # section IV.B: positions, velocities, currents, force/torque, temperatures
+MOTION = ("actual_q", "actual_qd")  # a joint's motion, measured twice
 
 # Bounds on angles [rad], speeds [rad/s], currents [A] and temperatures [°C]. The quickest wrist of
 # a UR turns by 6.3 rad/s.
@@ -62,6 +64,11 @@ def named(log: Log, channels: Iterable[str]) -> list[str]:
     return [name for name in names if name in log]
 
 
+def has_motion(log: Log) -> bool:
+    """Whether a log has both channels of MOTION."""
+    return all(name in log for name in MOTION)
+
+
 def has_velocities(log: Log) -> bool:
     """Whether any velocity was measured."""
     return bool(np.isfinite(log.joint("actual_qd")).any())
@@ -93,3 +100,13 @@ def mean_measured(values: Array) -> Array:
 def noted(log: Log, kind: str, count: int, remedy: str) -> tuple[Defect, ...]:
     """The log's defects and one more, if there is anything to count."""
     return (*log.defects, Defect(kind, count, 0, remedy)) if count else log.defects
+
+
+def without(log: Log, ill: Mask, kind: str) -> Log:
+    """A log in which these values of MOTION, (2, N, J), count as not measured, and are counted."""
+    if not (count := int(np.count_nonzero(ill))):
+        return log
+    each = zip(MOTION, ill, strict=True)
+    told = {name: np.where(wrong, np.nan, log.channels[name]) for name, wrong in each}
+    defects = noted(log, kind, count, "taken as not measured")
+    return replace(log, channels={**log.channels, **told}, defects=defects)

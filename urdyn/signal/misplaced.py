@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import permutations
 
+from urdyn.signal.channels import MOTION, has_motion
 from urdyn.signal.units import DECADES, EXACT, near_one, quartiles
 from urdyn.types import Log
 
@@ -13,9 +14,9 @@ def misplaced(log: Log) -> str:
 
     "" where nothing is. One that fits nothing is not misplaced: it is late, or of a stuck sensor.
     """
-    if not {"actual_q", "actual_qd"} <= set(log.channels):
+    if not has_motion(log):
         return ""
-    q, v, joints = log.joint("actual_q"), log.joint("actual_qd"), range(log.joints)
+    (q, v), joints = map(log.joint, MOTION), range(log.joints)
     own = [quartiles(log.t, q[:, [j]], v[:, [j]]) for j in joints]
     if against := [j for j in joints if near_one(-own[j], DECADES)]:
         which = ", ".join(map(str, against))

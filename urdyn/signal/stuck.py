@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.signal.channels import noted
+from urdyn.signal.channels import MOTION, has_motion, without
 from urdyn.signal.stretches import GAP, median_step
 from urdyn.types import Array, Index, Log, Mask
 
@@ -145,14 +145,8 @@ def _last(changes: Mask) -> Index:
 
 def without_stuck(log: Log) -> Log:
     """A log in which angles and velocities of sensors that are stuck count as not measured."""
-    names = ("actual_q", "actual_qd")
-    if not all(name in log for name in names):
+    if not has_motion(log):
         return log
-    values = [log.joint(name) for name in names]
-    ill = ever_stuck(log.t, *values)
-    if not (count := int(np.count_nonzero(ill))):
-        return log
-    told = {name: np.where(ill[:, k], np.nan, values[k]) for k, name in enumerate(names)}
+    ill = ever_stuck(log.t, *map(log.joint, MOTION))
     kind = "angle or velocity that is the same while its joint moves"
-    defects = noted(log, kind, count, "taken as not measured")
-    return replace(log, channels={**log.channels, **told}, defects=defects)
+    return without(log, ill.swapaxes(0, 1), kind)

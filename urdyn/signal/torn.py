@@ -7,11 +7,9 @@ too, so that an encoder's zero that jumps, and stays, is not torn.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from urdyn.signal.channels import noted
+from urdyn.signal.channels import MOTION, has_motion, without
 from urdyn.signal.gate import FINEST, Gate
 from urdyn.signal.polynomial import half_window
 from urdyn.signal.shifts import jumps
@@ -51,18 +49,14 @@ def without_torn(log: Log) -> Log:
 
     In a wrong unit or column all are out of reach, which other checks report.
     """
-    names = ("actual_q", "actual_qd")
-    if not all(name in log for name in names) or not median_step(log.t) > 0.0:
+    if not has_motion(log) or not median_step(log.t) > 0.0:
         return log
-    q, v = values = [log.joint(name) for name in names]
+    q, v = map(log.joint, MOTION)
     ill = ever_torn(log.t, q, v)
     if ill.any():  # a zero that jumps may tear velocities computed from angles
         shift, misled = jumps(log.t, q, v, half_window(median_step(log.t)))
         stays = np.cumsum(shift, axis=0)
         ill = ever_torn(log.t, q - stays, np.where(misled, np.nan, v))
-    if not 0 < (count := int(np.count_nonzero(ill))) < RARE * q.size:
+    if np.count_nonzero(ill) >= RARE * q.size:
         return log
-    told = {name: np.where(ill[k], np.nan, values[k]) for k, name in enumerate(names)}
-    kind = "angle or velocity out of reach of the rows beside it"
-    defects = noted(log, kind, count, "taken as not measured")
-    return replace(log, channels={**log.channels, **told}, defects=defects)
+    return without(log, ill, "angle or velocity out of reach of the rows beside it")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from urdyn.signal.channels import MOTION, has_motion
 from urdyn.signal.stretches import GAP
 from urdyn.types import STANDSTILL, Array, Log
 
@@ -32,9 +33,9 @@ def wrong_unit(log: Log) -> str:
     Reported only where most of the motion agrees on it: velocities without motion, such as the
     noise of a joint at rest, do not.
     """
-    if not {"actual_q", "actual_qd"} <= set(log.channels):
+    if not has_motion(log):
         return ""
-    q, v = log.joint("actual_q"), log.joint("actual_qd")
+    q, v = map(log.joint, MOTION)
     most = quartiles(log.t, q, v)
     if not (most > 0.0).all():
         return EXCHANGED if near_one(quartiles(log.t, v, q), DECADES) else ""
@@ -47,7 +48,7 @@ def wrong_unit(log: Log) -> str:
 
 def unfilled(log: Log) -> bool:
     """Whether its velocities are zeros, never filled in, while its angles change."""
-    q, v = log.joint("actual_q"), log.joint("actual_qd")
+    q, v = map(log.joint, MOTION)
     nothing = (v == 0.0).any() and not np.nan_to_num(v).any()
     return bool(nothing and (np.nanmax(q, axis=0) - np.nanmin(q, axis=0) > SLIP).any())
 
