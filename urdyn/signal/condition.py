@@ -162,31 +162,34 @@ def _measured(log: Log, name: str) -> Array:
 def require_measured(log: Log, names: Collection[str] = ("actual_q", "actual_current")) -> None:
     """LogError unless these channels, and every joint's angle, were measured, in SI units."""
     log = given_log(log)
+    if fault := next(_faults(log, names), None):
+        message, column = fault
+        raise LogError(message, log.source.path, column=column)
+
+
+def _faults(log: Log, names: Collection[str]) -> Iterator[tuple[str, str]]:
+    """What no motion can be made of: a sentence each, and the column to blame."""
     for name in names:
         if not np.isfinite(log.joint(name)).any():
             there = ", ".join(sorted(log.channels)) or "no channel at all"
             what = "no finite value" if name in log else "no channel"
-            message = f"{what} {name}; there is {there}: name the columns or record it"
-            raise LogError(message, log.source.path, column=name)
+            yield f"{what} {name}; there is {there}: name the columns or record it", name
     for j in np.flatnonzero(~np.isfinite(log.joint("actual_q")).any(axis=0)):
-        message = f"no finite value of joint {j} in actual_q: name its column or record it"
-        raise LogError(message, log.source.path, column=f"actual_q_{j}")
+        told = f"no finite value of joint {j} in actual_q: name its column or record it"
+        yield told, f"actual_q_{j}"
     if median_step(log.t) == 0.0:
-        message = "most of its rows have the stamp of the row before; keep one row a stamp"
-        raise LogError(message, log.source.path, column="timestamp")
+        yield "most of its rows have the stamp of the row before; keep one row a stamp", "timestamp"
     far = np.nanmedian(np.abs(_measured(log, "actual_q")), axis=0) > FAR
     if np.count_nonzero(far) > 1:  # a last joint may turn without end
         which = ", ".join(map(str, np.flatnonzero(far)))
-        message = f"joints {which} are beyond two turns; angles are to be in rad: is it degrees?"
-        raise LogError(message, log.source.path, column="actual_q")
+        told = f"joints {which} are beyond two turns; angles are to be in rad: is it degrees?"
+        yield told, "actual_q"
     if unfilled(log):
-        message = "its velocities are all zero, and its angles change; leave them out"
-        raise LogError(message, log.source.path, column="actual_qd")
+        yield "its velocities are all zero, and its angles change; leave them out", "actual_qd"
     if unit := wrong_unit(log):
-        message, column = complaint(unit)
-        raise LogError(message, log.source.path, column=column)
+        yield complaint(unit)
     if message := misplaced(log):
-        raise LogError(message, log.source.path, column="actual_qd")
+        yield message, "actual_qd"
 
 
 def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Settled:
