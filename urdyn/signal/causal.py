@@ -141,19 +141,20 @@ class Causal:
             since = np.where(ill[1], np.fmin(since, held.since[1]), since)
             rows[:, :2][none] = np.nan
             angles[none[:, 0]] = np.nan
+        departures = state.departures[1 - self.fit.samples :]
         return CausalState(
-            stamps,
-            rows,
-            angles,
-            np.concatenate([state.departures[1 - self.fit.samples :], departure[None]]),
-            held,
-            frozen,
-            since,
-            state.restarts,
-            state.repeats,
-            state.refused + refused,
-            state.jumped,
-            clean,
+            t=stamps,
+            rows=rows,
+            angles=angles,
+            departures=np.concatenate([departures, departure[None]]),
+            held=held,
+            frozen=frozen,
+            frozen_since=since,
+            restarts=state.restarts,
+            repeats=state.repeats,
+            refused=state.refused + refused,
+            jumped=state.jumped,
+            clean=clean,
         )
 
     def _estimate(self, state: CausalState) -> tuple[CausalState, Instant]:
@@ -245,8 +246,15 @@ def _row(sample: Sample, joints: tuple[int, ...]) -> Array:
 
 def _restart(state: CausalState, t: float, row: Array) -> CausalState:
     """A window that begins with this sample."""
-    unknown = np.full_like(row[None, :2], np.nan)
-    again = state.restarts + (len(state.t) > 0)
-    window = np.array([t]), row[None], row[None, 0], unknown, nothing_held(t, row[:2])
-    frozen = state.frozen, state.frozen_since
-    return CausalState(*window, *frozen, again, state.repeats, state.refused)
+    return CausalState(
+        t=np.array([t]),
+        rows=row[None],
+        angles=row[None, 0],
+        departures=np.full_like(row[None, :2], np.nan),
+        held=nothing_held(t, row[:2]),
+        frozen=state.frozen,
+        frozen_since=state.frozen_since,
+        restarts=state.restarts + (len(state.t) > 0),
+        repeats=state.repeats,
+        refused=state.refused,
+    )
