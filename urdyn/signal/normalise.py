@@ -57,14 +57,14 @@ class Scaling:
 
     def apply(self, log: Log) -> Log:
         """The log in scaled, unitless channels."""
-        named = [name for name in log.channels if name in self.scale]
-        scaled = {n: (log.channels[n] - self.centre[n]) / self.scale[n] for n in named}
+        known = log.channels.keys() & self.scale.keys()
+        scaled = {n: (log.channels[n] - self.centre[n]) / self.scale[n] for n in known}
         return replace(log, channels={**log.channels, **scaled})
 
     def invert(self, log: Log) -> Log:
         """The log in its channels' own units again."""
-        named = [name for name in log.channels if name in self.scale]
-        plain = {n: log.channels[n] * self.scale[n] + self.centre[n] for n in named}
+        known = log.channels.keys() & self.scale.keys()
+        plain = {n: log.channels[n] * self.scale[n] + self.centre[n] for n in known}
         return replace(log, channels={**log.channels, **plain})
 
 
