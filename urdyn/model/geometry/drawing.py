@@ -60,18 +60,23 @@ def placed(form: Form, origins: Array, robot: str) -> Array:
     """(J, 5) a ... theta of frames (J, 4, 4) from a file; ArmError where no such arm was built."""
     with np.errstate(all="ignore"):
         table = coordinates(form, origins)
-    off = table - form.nominal
-    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (SAMPLES, len(table)))
-    moved = flange(table, q) - flange(form.nominal, q) if np.isfinite(off).all() else off
-    reach = 0.0 if moved is off else float(np.linalg.norm(moved[:, :3, 3], axis=1).max())
-    if np.isfinite(off).all() and reach <= ABSURD:
+    known = bool(np.isfinite(table).all())
+    off = _off(form, table) if known else 0.0
+    if known and off <= ABSURD:
         return table
     joint, what = _worst(form, origins)
     raise ArmError(
         f"no {robot} is built like this: {form.joint_names[joint]} is {what} the drawing, and the "
-        f"tool as much as {1e3 * reach:.0f} mm from where it is drawn; look at that joint's Euler "
+        f"tool as much as {1e3 * off:.0f} mm from where it is drawn; look at that joint's Euler "
         "angles, and whether the file is of this type of arm"
     )
+
+
+def _off(form: Form, table: Array) -> float:
+    """How far an arm's flange is from where it is drawn, in the worst of SAMPLES poses [m]."""
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (SAMPLES, len(table)))
+    moved = flange(table, q) - flange(form.nominal, q)
+    return float(np.linalg.norm(moved[:, :3, 3], axis=1).max())
 
 
 def _worst(form: Form, origins: Array) -> tuple[int, str]:

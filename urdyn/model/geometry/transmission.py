@@ -45,15 +45,9 @@ class Effects:
         """Names of the columns."""
         joints = self.arm.joint_names
         soft = [f"{joints[j]}.compliance" for j in self.compliant]
-        return (
-            *soft,
-            *(
-                f"{joint}.{wave}{h}"
-                for joint in joints
-                for h in range(1, self.harmonics + 1)
-                for wave in ("sin", "cos")
-            ),
-        )
+        orders = range(1, self.harmonics + 1)
+        waves = [f"{joint}.{w}{h}" for joint in joints for h in orders for w in ("sin", "cos")]
+        return (*soft, *waves)
 
     def columns(self, q: Array) -> Array:
         """(N, F) what a unit of each coefficient adds to its joint's angle at q (N, J) [rad]."""
