@@ -70,6 +70,12 @@ class Arm:
         """Number of joints J."""
         return len(self.joint_names)
 
+    @property
+    def slides(self) -> Mask:
+        """Which joints are prismatic, (J,)."""
+        kinds = [joint.shortname() for joint in list(self._model.joints)[1:]]
+        return np.array([kind.startswith("JointModelP") for kind in kinds])
+
     def regressor(self, q: Array, v: Array, a: Array) -> Array:
         """Y, (..., J, 10 J): torque = Y @ inertials.ravel(), for any inertials."""
         return self._each(pin.computeJointTorqueRegressor, (self.joints, 10 * self.joints), q, v, a)

@@ -125,14 +125,13 @@ def _candidates(things: list[Any]) -> Iterator[tuple[int, int]]:
 
 def _reach(arm: Arm, thing: Any) -> Array:
     """Largest distance of the shape's points from every joint in any pose, (J,) [m]."""
-    model, out = arm._model, np.zeros(arm.joints)
+    model, out, slides = arm._model, np.zeros(arm.joints), arm.slides
     centre = thing.placement.act(thing.geometry.aabb_center)
     farthest = float(np.linalg.norm(centre)) + float(thing.geometry.aabb_radius)
     for j in range(int(thing.parentJoint), 0, -1):
-        slides = model.joints[j].shortname().startswith("JointModelP")
-        out[j - 1] = 1.0 if slides else farthest
+        out[j - 1] = 1.0 if slides[j - 1] else farthest
         farthest += float(np.linalg.norm(model.jointPlacements[j].translation))
-        farthest += max(abs(arm.lower[j - 1]), abs(arm.upper[j - 1])) * slides
+        farthest += max(abs(arm.lower[j - 1]), abs(arm.upper[j - 1])) * slides[j - 1]
     return out
 
 

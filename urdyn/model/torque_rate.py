@@ -45,7 +45,7 @@ def torque_rate(arm: Arm, v: Array, a: Array, jerk: Array) -> Array:
         ArmError: a joint slides, for which this does not hold.
     """
     model = arm._model
-    if any(joint.shortname().startswith("JointModelP") for joint in list(model.joints)[1:]):
+    if arm.slides.any():
         raise ArmError(f"{arm.name} has a joint that slides; torque is bounded of turning joints")
     lengths = [float(np.linalg.norm(place.translation)) for place in list(model.jointPlacements)]
     links = _along(v, a, jerk, np.array(lengths[1:]), float(np.linalg.norm(model.gravity.linear)))
