@@ -39,6 +39,7 @@ MEASURED = frozenset({"ur3e", "ur5e", "ur7e", "ur10e", "ur12e", "ur16e"})
 GAIN_SPREAD = 0.05  # relative sd of such a joint's gain
 SIZE_SPREAD = 0.10  # of a joint known only by its size: older ones differ by 5 to 15 %
 UNRATED_SPREAD = 0.30  # of any other
+OPTIONAL = frozenset({"stribeck", "ripple_cos", "ripple_sin", "thermal"})  # terms of friction
 STRUCTURAL = 0.06
 PRESLIDING_DISTANCE = 2e-4  # [rad]
 MAX_TAIL = 0.8  # [-] of presliding friction in the soft bristles
@@ -118,9 +119,6 @@ class Population:
         fixed = {"temperature": zero + TEMPERATURE, "health": zero + 1.0}
         drive = Drive(**(fixed | values), time_offset=0.0, friction_lead=0.0)
         return Dynamics(self.arm, self.links(link_scores), drive)
-
-
-OPTIONAL = frozenset({"stribeck", "ripple_cos", "ripple_sin", "thermal"})
 
 
 def population(arm: Arm) -> Population:

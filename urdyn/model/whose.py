@@ -28,6 +28,7 @@ OTHER, EXACT = 0.01, 0.003
 AT_REST = 1e-3  # [N·m] from row to row, by which torques of a moving arm change
 
 Off = Callable[[Arm], float]
+NOBODY = ("", 0.0, 0.0)
 
 
 def require_own(arm: Arm, log: Log) -> None:
@@ -81,9 +82,6 @@ def misweighed(arm: Arm, log: Log) -> str:
         f"target_moment at rest is what a {other} takes, to {100 * its:.1g} %, and "
         f"{100 * own:.1f} % off what a {arm.name} does: was it a {other} that was recorded?"
     )
-
-
-NOBODY = ("", 0.0, 0.0)
 
 
 def _nearer(arm: Arm, off: Off, least: float, near: float) -> tuple[str, float, float]:
