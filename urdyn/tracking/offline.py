@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -136,10 +136,6 @@ def tracker_of(
 
 def replayed(log: Log, period: float) -> Source:
     """The log as a stream of samples."""
-
-    def start(first: int) -> Iterator[Arrival]:
-        return (Arrival(sample, np.nan) for sample in samples(log.slice(first)))
-
     return Source(
         name=log.source.path,
         identity=f"{log.source.sha256} {log.source.rows}",
@@ -148,7 +144,7 @@ def replayed(log: Log, period: float) -> Source:
         joints=log.joints,
         live=False,
         length=len(log),
-        start=start,
+        start=lambda first: map(Arrival, samples(log.slice(first))),
         close=lambda: None,
         defects=tuple(map(str, log.defects)),
         velocities=has_velocities(log),

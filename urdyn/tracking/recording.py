@@ -59,7 +59,7 @@ def recording(
 
     def start(first: int) -> Iterator[Arrival]:
         every = chain.from_iterable(map(block, range(first, log["length"], BLOCK)))
-        return (Arrival(sample, np.nan) for sample in every)
+        return map(Arrival, every)
 
     sent = frozenset(stream for stream, channel in BESIDE.items() if channel in widths)
     return Source(

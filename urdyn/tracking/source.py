@@ -55,7 +55,7 @@ class Arrival:
     """A sample, and when it came."""
 
     sample: Sample
-    received: float  # [s] on this computer's monotonic clock; NaN: recorded
+    received: float = np.nan  # [s] on this computer's monotonic clock; NaN: recorded
     reset: bool = False  # a restart was requested before it
     ahead: float = 0.0  # [s] by which its stamp is ahead of the robot's clock, if that was set
 
