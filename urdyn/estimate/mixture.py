@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from urdyn.estimate.innovation import (
@@ -50,6 +52,4 @@ def mixture_innovation(
     require_finite(log_det, predicted.cov)
     residual = residual_of(y, rows, predicted.mean)
     gaussian = innovation(y, rows, residual, predicted.cov, whitener, log_det)
-    return Innovation(
-        gaussian.residual, gaussian.cov, log_likelihood, gaussian.nis, gaussian.measured
-    )
+    return replace(gaussian, log_likelihood=log_likelihood)
