@@ -77,6 +77,10 @@ class LinearisedObservation:
     Hz: Array  # (m, z)
     R: Array  # (m, m)
 
+    def regressor(self, conditional: ConditionalBelief) -> Array:
+        """A, of e on z, (m, z)."""
+        return np.asarray(self.Hs @ conditional.L + self.Hz)
+
     def expected(self, conditional: ConditionalBelief) -> Array:
         """Covariance of e, (m, m)."""
         A, N = _seen(conditional, self)
@@ -143,6 +147,5 @@ def _seen(
     conditional: ConditionalBelief, observation: LinearisedObservation
 ) -> tuple[Array, Array]:
     """Regressor of e on z, (m, z), and covariance of e given z, (m, m)."""
-    A = observation.Hs @ conditional.L + observation.Hz
     N = observation.Hs @ conditional.cov @ observation.Hs.T + observation.R
-    return A, 0.5 * (N + N.T)
+    return observation.regressor(conditional), 0.5 * (N + N.T)

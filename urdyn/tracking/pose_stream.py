@@ -180,7 +180,7 @@ class PoseStream:
         for _ in range(STEPS):
             observation, _ = self._linearised(sights, now, row, replace(z, mean=at))
             observation = replace(observation, e=observation.e + observation.Hz @ (at - z.mean))
-            A = observation.Hs @ sights.conditional.L + observation.Hz
+            A = observation.regressor(sights.conditional)
             gain = np.linalg.solve(observation.expected(sights.conditional), A @ P).T
             at = z.mean + gain @ observation.e
         return observation
