@@ -16,6 +16,7 @@ from urdyn.identify.kinematics.spread import geometry_spread
 from urdyn.io.poses import read_pose_stream
 from urdyn.model.arm import Arm
 from urdyn.model.geometry.drawing import drawing_of
+from urdyn.signal import POSE
 from urdyn.tracking.model import Drift
 from urdyn.tracking.pose_stream import STRAY, PoseStream
 from urdyn.tracking.sights import Build
@@ -26,8 +27,6 @@ from urdyn.types import Array, Gaussian, frozen
 
 # While a tracker watches, a joint's zero stays where it is, until poses show that it slipped.
 WATCHED = Drift(zero=0.0, zero_memory=float("inf"), zero_walk=STRAY)
-
-
 # Wrench streams that a source may have, best first: a raw one has no unknown compensation.
 WRENCHES = ("raw_wrench", "wrench")
 NOTHING = frozen(np.zeros(10))
@@ -47,7 +46,7 @@ def beside(
         tracked: its poses are those of a tracker, not the controller's own.
         tool: inertials (10,) of a tool that the twin knows, which its payload does not include.
     """
-    poses = [pose_stream(arm, not tracked, known)] if "pose" in source.beside else []
+    poses = [pose_stream(arm, not tracked, known)] if POSE in source.beside else []
     felt = [WrenchStream(arm, w == "raw_wrench", tool=tool) for w in WRENCHES if w in source.beside]
     return (*poses, *felt[:1])
 
@@ -95,10 +94,10 @@ def with_poses(source: Source, path: str | Path) -> Source:
             )
 
     identity = f"{source.identity} {sha256}"
-    return replace(source, identity=identity, start=start, beside=source.beside | {"pose"})
+    return replace(source, identity=identity, start=start, beside=source.beside | {POSE})
 
 
 def _beside(arrival: Arrival, rows: Array) -> Arrival:
     """The arrival with a tracker's poses in the place of the controller's."""
     sample = arrival.sample
-    return replace(arrival, sample=replace(sample, beside={**sample.beside, "pose": rows}))
+    return replace(arrival, sample=replace(sample, beside={**sample.beside, POSE: rows}))
