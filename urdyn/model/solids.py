@@ -12,6 +12,7 @@ from urdyn.errors import ArmError
 from urdyn.model.arm import Arm
 from urdyn.model.cell import Cell, Solid, Wall
 
+ROOT = 0  # Pinocchio's index of what no joint moves
 SAME = 1e-4  # [m] within which a ball sits on the end of a cylinder: files are rounded
 
 
@@ -29,36 +30,31 @@ def geometry(arm: Arm, cell: Cell) -> Any:
             f"{arm.name}: its collision shapes cannot be read: {why}; "
             "package:// is sought in the folders that ROS_PACKAGE_PATH lists"
         ) from None
-    whole = pin.GeometryModel()
-    for thing in _rounded(list(drawn.geometryObjects)):
-        whole.addGeometryObject(thing)
-    bare = set(range(1, arm.joints + 1)) - {thing.parentJoint for thing in whole.geometryObjects}
+    own = _rounded(list(drawn.geometryObjects))
+    bare = set(range(1, arm.joints + 1)) - {thing.parentJoint for thing in own}
     if bare:
         raise ArmError(
             f"{arm.name}: link {arm.link_names[min(bare) - 1]!r} has no collision shape; "
             "without one nobody can tell what it hits"
         )
-    for solid in cell.tool:
-        whole.addGeometryObject(_object(solid.name, arm.joints, *_solid(solid)))
-    for solid in cell.solids:
-        whole.addGeometryObject(_object(solid.name, 0, *_solid(solid)))
-    for wall in cell.walls:
-        whole.addGeometryObject(_object(wall.name, 0, *_wall(wall)))
+    tool = (_solid(solid, arm.joints) for solid in cell.tool)
+    around = (*(_solid(solid, ROOT) for solid in cell.solids), *map(_wall, cell.walls))
+    whole = pin.GeometryModel()
+    for thing in (*own, *tool, *around):
+        whole.addGeometryObject(thing)
     for thing in whole.geometryObjects:
         thing.geometry.computeLocalAABB()
     return whole
 
 
-def _object(name: str, joint: int, shape: Any, placement: Any) -> Any:
-    return pin.GeometryObject(name, joint, placement, shape)
-
-
-def _wall(wall: Wall) -> tuple[Any, Any]:
+def _wall(wall: Wall) -> Any:
     normal = wall.normal / np.linalg.norm(wall.normal)
-    return coal.Halfspace(normal, float(normal @ wall.point)), pin.SE3.Identity()
+    shape = coal.Halfspace(normal, float(normal @ wall.point))
+    return pin.GeometryObject(wall.name, ROOT, pin.SE3.Identity(), shape)
 
 
-def _solid(solid: Solid) -> tuple[Any, Any]:
+def _solid(solid: Solid, joint: int) -> Any:
+    """A solid that moves with a joint, from 1; ROOT: it stands still."""
     match solid.shape:
         case "box":
             shape = coal.Box(*solid.size)
@@ -66,7 +62,8 @@ def _solid(solid: Solid) -> tuple[Any, Any]:
             shape = coal.Sphere(*solid.size)
         case "cylinder":
             shape = coal.Cylinder(*solid.size)
-    return shape, pin.SE3(pin.rpy.rpyToMatrix(*solid.rpy), solid.xyz)
+    placement = pin.SE3(pin.rpy.rpyToMatrix(*solid.rpy), solid.xyz)
+    return pin.GeometryObject(solid.name, joint, placement, shape)
 
 
 def _rounded(things: list[Any]) -> list[Any]:
@@ -103,4 +100,4 @@ def _capsule(thing: Any) -> Any:
     # A file's digits are rounded: the capsule covers balls that sit a little off.
     radius, length = thing.geometry.radius, 2.0 * thing.geometry.halfLength
     shape = coal.Capsule(radius + SAME, length)
-    return _object(thing.name, thing.parentJoint, shape, thing.placement)
+    return pin.GeometryObject(thing.name, thing.parentJoint, thing.placement, shape)
