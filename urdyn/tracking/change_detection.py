@@ -135,22 +135,22 @@ class ChangeDetector(Generic[S]):
         mean = beliefs.mean(self.filter, state.belief)
         phase = self._phase(state, t, moving)
         detection = self._detected(state, t, mean, phase)
-        change, payload = detection.change, state.payload
-        if phase.unknown and np.isfinite(state.rest.left):
-            payload = self._presumed(state)
-        back = change is not None or payload is not state.payload
+        change = detection.change
+        assumed = self._presumed(state) if phase.unknown else None
+        back = change is not None or assumed is not None
         start = self._allowing(rolled_back(state) if back else state, state, change)
         retold = change is not None and change.known is not None
         belief = state.belief if self.poses and not retold else start.belief
         if change is not None:
             mean = beliefs.mean(self.filter, belief)
-            payload = payload if change.payload is None else change.payload
+            assumed = assumed if change.payload is None else change.payload
+        payload = state.payload if assumed is None else assumed
         return Hypothesis(
             detection=detection,
             phase=phase,
             start=start,
             belief=belief,
-            mean=mean if payload is state.payload else self.carrying(mean, payload),
+            mean=mean if assumed is None else self.carrying(mean, assumed),
             payload=payload,
             load=self._load(state, change, phase, payload),
         )
@@ -315,16 +315,18 @@ class ChangeDetector(Generic[S]):
         past = replace(was.past, reference=allowed(was.past.reference), recent=recent)
         return replace(was, belief=belief, past=past)
 
-    def _presumed(self, state: TrackerState[S]) -> Array:
+    def _presumed(self, state: TrackerState[S]) -> Array | None:
         """The payload (10,) to assume where the arm stood again before it was known.
 
-        The state's own array where the estimate confirms it.
+        None where it was known, or the estimate confirms what was assumed so far.
         """
+        if np.isinf(state.rest.left):
+            return None
         mean, sd = self._payload(state.belief)
         if sd[0] > KNOWN:
-            return np.array(state.payload)
+            return state.payload
         found = significant(state.payload, mean, sd)
-        return state.payload if np.array_equal(found, state.payload) else found
+        return None if np.array_equal(found, state.payload) else found
 
     def _payload(self, belief: S) -> tuple[Array, Array]:
         """Mean and standard deviation of the payload, (10,) each."""
