@@ -23,6 +23,7 @@ from urdyn.signal.stretches import GAP
 from urdyn.tracking import beliefs, colour
 from urdyn.tracking.abrupt_changes import accumulated, no_evidence
 from urdyn.tracking.change_detection import ChangeDetector, Hypothesis
+from urdyn.tracking.colour import Colour
 from urdyn.tracking.joint_motion import LONGEST, JointMotion, before_any, joint_motion, long_ago
 from urdyn.tracking.model import STRIDE, Drift, tracking_model
 from urdyn.tracking.network import of_arm
@@ -255,19 +256,11 @@ class Tracker(Generic[S]):
         now, motion, hypothesis = update.now, update.motion, update.hypothesis
         currents, belief, innovation = update.currents, update.belief, update.innovation
         ratio, noise = self._whitener.noise(currents, innovation, state.variance_ratio)
-        start, changes = hypothesis.start, hypothesis.change is not None
         since, payload = hypothesis.unknown_since(now.t), hypothesis.payload
+        changes = hypothesis.detection.reported and hypothesis.change is not None
         compared = bool(np.count_nonzero(np.isfinite(currents.residual)))
-        past, when = start.past, (now.t, state.passed, state.moved)
-        if hypothesis.resets:
-            known = (belief, noise) if changes else (start.belief, start.colour)
-            point = RollbackPoint(*known)
-            past = past.marked_by(point, point, *when)
-        else:
+        if not hypothesis.resets:
             payload = self._detector.renewed(state, belief, now.t, hypothesis.phase.shown)
-            if past.due(now.t):
-                point = RollbackPoint(state.belief, state.colour)
-                past = past.marked_by(point, past.next_rollback, *when)
         return changed(
             state,
             causal=causal,
@@ -275,7 +268,7 @@ class Tracker(Generic[S]):
             t=now.t,
             waited=state.waited + motion.passed - currents.robust.span,
             joints=motion.end,
-            past=past,
+            past=_past(state, update, noise),
             evidence=accumulated(
                 hypothesis.detection.evidence,
                 currents.white,
@@ -283,7 +276,7 @@ class Tracker(Generic[S]):
                 innovation,
                 motion.passed,
             ),
-            changed_at=now.t if hypothesis.detection.reported and changes else state.changed_at,
+            changed_at=now.t if changes else state.changed_at,
             widened=now.t if hypothesis.another_payload else state.widened,
             colour=noise,
             variance_ratio=ratio,
@@ -337,3 +330,18 @@ class Tracker(Generic[S]):
         pairs = [s.estimates(h.state) for s, h in zip(self.streams, state.heard, strict=True)]
         means, sds = zip(*pairs, strict=True) if pairs else ((), ())
         return np.concatenate([*means, []]), np.concatenate([*sds, []])
+
+
+def _past(state: TrackerState[S], update: _Update[S], noise: Colour) -> PastBeliefs[S]:
+    """The earlier beliefs after an instant, by which the noise has this colour."""
+    hypothesis, start = update.hypothesis, update.hypothesis.start
+    now = update.now.t, state.passed, state.moved
+    if hypothesis.resets:
+        changes = hypothesis.change is not None
+        known = (update.belief, noise) if changes else (start.belief, start.colour)
+        point = RollbackPoint(*known)
+        return start.past.marked_by(point, point, *now)
+    if start.past.due(update.now.t):
+        point = RollbackPoint(state.belief, state.colour)
+        return start.past.marked_by(point, start.past.next_rollback, *now)
+    return start.past
