@@ -99,9 +99,8 @@ def spared(so_far: Interest, reading: Reading, of: Quantities) -> Interest:
     if reading.unknown:  # another payload has another margin
         least = np.inf, 0.0
     if weighed(belief, of.currents):
-        spare, sd = spare_payload(reading, of)
         # Of the least of many, each somewhat wrong, most would be too small.
-        least = (spare, sd) if spare + NORMAL90 * sd < least[0] + NORMAL90 * least[1] else least
+        least = min(least, spare_payload(reading, of), key=lambda kg: kg[0] + NORMAL90 * kg[1])
     return replace(so_far, scale=scale, spare=least[0], spare_sd=least[1])
 
 
