@@ -105,25 +105,28 @@ def _reached(glance: RunProgress) -> str:
 
 
 def verdict(summary: dict[str, Any]) -> str:
-    """A run in a sentence."""
+    """A run in a sentence; what limits it follows in lines."""
     mass, latency = summary["final"]["payload.mass"], summary["latency_ms"]
-    changed = _changes(summary["payload_changes"])
     astray, lost = summary["quality"]["restarts"], summary["quality"]["lost"]
     sparse, surprise = summary["quality"]["too_sparse"], summary.get("surprise") or 0.0
-    return (
+    sentence = (
         f"{summary['samples']} samples, {summary['data_s']:.1f} s, "
         f"{QUICKNESS.format(summary['rate_hz'])}; 99 % within {number(latency['p99'])} ms; "
         + _carried(mass["mean"], mass["sd"], summary["payload_known"])
         + _set(summary.get("payload_setting"))
-        + changed
-        + _lacked(summary)
-        + ("\n" + LOST.format(lost["since"], " and ".join(lost["joints"])) if lost else "")
-        + ("\n" + SPARSE.format(**sparse) if sparse else "")
-        + ("\n" + QUICK.format(summary["mode"]) if summary["mode"] != "full" else "")
-        + (f"\n{_why_late(summary)}" if latency["p99"] > 1e3 * LATE else "")
-        + ("\n" + ASTRAY.format(astray) if astray else "")
-        + (f"\n{MISSING.format(number(surprise))}" if surprise > MISSES and not astray else "")
+        + _changes(summary["payload_changes"])
     )
+    lines = (
+        sentence,
+        _lacked(summary),
+        LOST.format(lost["since"], " and ".join(lost["joints"])) if lost else "",
+        SPARSE.format(**sparse) if sparse else "",
+        QUICK.format(summary["mode"]) if summary["mode"] != "full" else "",
+        _why_late(summary) if latency["p99"] > 1e3 * LATE else "",
+        ASTRAY.format(astray) if astray else "",
+        MISSING.format(number(surprise)) if surprise > MISSES and not astray else "",
+    )
+    return "\n".join(filter(None, lines))
 
 
 def _why_late(summary: dict[str, Any]) -> str:
@@ -160,7 +163,7 @@ def _lacked(summary: dict[str, Any]) -> str:
     told += [FROZEN.format(**joint) for joint in quality["frozen"]]
     if (share := max(quality["without_current"])) > SILENT:
         told.append(f"of a joint's currents up to {number(100.0 * share)} % missing")
-    return f"\nthe stream was not whole: {'; '.join(told)}" if told else ""
+    return f"the stream was not whole: {'; '.join(told)}" if told else ""
 
 
 def _stuck(counts: Sequence[int], summary: dict[str, Any]) -> list[str]:
