@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -90,18 +90,16 @@ def hand(fit: ud.Fit, summary: dict[str, Any], asked: Collection[str], out: Path
 def _plants(
     serial: str, prometheus: str | None, mqtt: str | None, ends: ExitStack
 ) -> list[Listener]:
-    listeners: list[Listener] = []
+    plants: list[Listener] = []
     if prometheus is not None:
         from urdyn.io.plants.prometheus import serve
 
-        listeners.append(serve(prometheus))
-        ends.callback(listeners[-1].close)
+        plants.append(ends.enter_context(closing(serve(prometheus))))
     if mqtt is not None:
         from urdyn.io.plants.mqtt import connect
 
-        listeners.append(connect(mqtt, serial))
-        ends.callback(listeners[-1].close)
-    return listeners
+        plants.append(ends.enter_context(closing(connect(mqtt, serial))))
+    return plants
 
 
 def _ros(publish: Collection[str]) -> tuple[Voice, Callable[[], Iterator[str]]]:

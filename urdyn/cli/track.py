@@ -142,18 +142,13 @@ def track(
     if healthy is None:
         undiagnosed(out)
     summary |= {"surprise": _report(out, summary, voice)}
-    voice.note(*_remarks(summary, bool(poses)))
+    if poses and (why := unused(summary)):
+        voice.note(why)
     _tell(summary, voice)
     for path in hand(fit, summary, hand_over or (), out):
         voice.note(f"written: {path}")
     if fail_on_finding and faulty(summary):
         raise typer.Exit(FAILED)
-
-
-def _remarks(summary: dict[str, Any], posed: bool) -> Iterator[str]:
-    """What to know about a run beside its findings."""
-    if posed and (why := unused(summary)):
-        yield why
 
 
 def _tell(summary: dict[str, Any], voice: Voice) -> None:
