@@ -12,8 +12,7 @@ from urdyn.estimate import EKF
 from urdyn.io.rtde import play, serve
 from urdyn.signal import samples
 from urdyn.simulate import simulate
-from urdyn.tracking import Arrival, open_source
-from urdyn.tracking import source as source_module
+from urdyn.tracking import Arrival, open_source, rtde_source
 from urdyn.tracking.own import of_this_arm
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
@@ -103,11 +102,11 @@ def test_an_arm_is_never_taken_for_another_and_one_that_stands_is_not_asked(ur5e
 
 def test_what_a_robot_has_sent_in_time_is_read_however_late(controller, monkeypatch):
     """By a computer that did something else meanwhile: six looks long."""
-    monkeypatch.setattr(source_module, "LATEST", 0.1)
+    monkeypatch.setattr(rtde_source, "LATEST", 0.1)
     source = open_source(controller, duration=0.4, rate=RATE)
     stream = source.start(0)
     next(stream)
-    time.sleep(0.5 + 6 * source_module.LOOK)
+    time.sleep(0.5 + 6 * rtde_source.LOOK)
     assert 1 + sum(1 for _ in stream) == 0.4 * RATE
     source.close()
 

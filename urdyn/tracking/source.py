@@ -5,42 +5,22 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from itertools import islice
 from pathlib import Path
-from threading import TIMEOUT_MAX, Event, Thread
-from typing import Any
 
 import numpy as np
 
 from urdyn.errors import InputError
-from urdyn.io.address import joined
-from urdyn.io.clock import SET, credible
+from urdyn.io.clock import SET
 from urdyn.io.effort import UNTOLD, Effort
-from urdyn.io.rtde.client import Client, Connected, Dropped, connect, parse_address
-from urdyn.io.rtde.link import Package
-from urdyn.signal import BESIDE, POSE, SETTING, UNSET, Sample
-from urdyn.signal.channels import STATUS, undriven
-from urdyn.signal.stretches import GAP
+from urdyn.signal import Sample
 from urdyn.types import Log
 
 SCHEME, ROS2 = "rtde://", "ros2://"
 ADDRESS = re.compile(r"\d+(\.\d+){3}(:\d+)?|[\w.-]+:\d+")  # of a robot, and hardly a log's name
 CHANNELS = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
-PAUSE = 0.1  # [s] without a package, after which their delay is estimated anew
-DRIFT = 1e-4  # [-] by which the rates of two clocks may differ
-# [s] between packages up to which their reader does not sleep. On two processors of a busy host,
-# samples took half as long again if it slept, and 1 in 100 three times as long.
-AWAKE = 4e-3
-JUDGED = 3.0  # [s] at first, over which a robot's rate is measured
 LATEST = 1.0  # [s] by which the last sample may be late
 LOOK = 0.1  # [s] between checks for the end, while nothing comes
-RTDE_JOINTS = 6
-SELDOM = (
-    "sends {:.2g} samples a second where {:g} were agreed; so far apart they tell nothing: "
-    "ask for fewer by --rate"
-)
 
 Rows = tuple[int | None, int | None]
 Tell = Callable[[str], None]
@@ -107,7 +87,9 @@ def open_source(
         tell(f"{text}: {said}")
 
     if text.startswith(SCHEME):
-        return _robot(text, rate, duration, beside, named)
+        from urdyn.tracking.rtde_source import robot
+
+        return robot(text, rate, duration, beside, named)
     if text.startswith(ROS2):
         from urdyn.tracking.ros2_source import graph
 
@@ -121,124 +103,6 @@ def open_source(
 
     logs = recording((text, *more), columns, rows, rate, duration, effort, beside)
     return replace(logs, tell=named)
-
-
-def _robot(
-    name: str, rate: float | None, duration: float | None, beside: Collection[str], tell: Tell
-) -> Source:
-    host, port = parse_address(name)
-    # Its own poses tell which arm it is, whether or not they are used as a stream.
-    asked = [*STATUS, *SETTING, *(BESIDE[stream] for stream in (POSE, *beside))]
-    names, optional = ("timestamp", *CHANNELS, *asked), (CHANNELS[1], CHANNELS[3], *asked)
-    client = connect(host, port, names, rate, optional=optional, awake=AWAKE)
-    period = client.agreement.period
-    count = None if duration is None else max(1, round(duration / period))
-
-    def start(_: int) -> Iterator[Arrival]:
-        with _closed_after(duration, client):
-            yield from islice(_heard(client, tell), count)
-
-    sent = frozenset(s for s in beside if BESIDE[s] not in client.agreement.left_out)
-    return Source(
-        name=name,
-        identity=joined(host, port),
-        sha256="",
-        period=period,
-        joints=RTDE_JOINTS,
-        live=True,
-        length=count or 0,
-        start=start,
-        close=client.close,
-        velocities=CHANNELS[1] not in client.agreement.left_out,
-        beside=sent,
-        tell=tell,
-    )
-
-
-@contextmanager
-def _closed_after(duration: float | None, client: Client) -> Iterator[None]:
-    """Wait little longer than `duration` [s] for a robot that is slow or gone.
-
-    What it has sent by then is read, however late.
-    """
-    if duration is None:
-        yield
-        return
-    patience, ended = min(duration + LATEST, TIMEOUT_MAX), Event()
-
-    def close() -> None:
-        ended.wait(patience)
-        while client.unread and not ended.wait(LOOK):
-            pass
-        client.close()
-
-    Thread(target=close, daemon=True).start()
-    try:
-        yield
-    finally:
-        ended.set()
-
-
-def _heard(client: Client, tell: Tell) -> Iterator[Arrival]:
-    """A controller's samples, read between steps: a thread would only compete with these.
-
-    A package's arrival time is its stamp plus the smallest recent delay, so that the time it
-    waited to be read counts.
-    """
-    behind, before = np.inf, np.nan  # [s] our clock minus the controller's, and its last stamp
-    for package in _paced(_packages(client, tell), client.agreement.period, tell):
-        sample, read = _sample(client.agreement.recipe.unpack(package.values)), package.received
-        if not credible(sample.t):
-            continue  # counts as lost
-        passed = sample.t - before
-        known = behind + DRIFT * passed if 0.0 < passed < PAUSE else np.inf
-        behind, before = min(known, read - sample.t), sample.t
-        yield Arrival(sample, sample.t + behind)
-
-
-def _paced(packages: Iterator[Package], period: float, tell: Tell) -> Iterator[Package]:
-    """The packages; `tell` is told if those of the first seconds are too sparse to learn from."""
-    first, count = np.nan, 0
-    for package in packages:
-        yield package
-        first, count = (first if count else package.received), count + 1
-        passed = package.received - first
-        if passed > JUDGED:
-            if passed > GAP * period * (count - 1):
-                tell(SELDOM.format((count - 1) / passed, 1.0 / period))
-            break
-    yield from packages
-
-
-def _packages(client: Client, tell: Tell) -> Iterator[Package]:
-    """A controller's packages; `tell` is told when it is lost, and when it is back."""
-    lost = False
-    for event in client.events():
-        match event:
-            case Package():
-                yield event
-            case Dropped():
-                lost = True
-                tell(f"{event.reason}; waiting for it")
-            case Connected() if lost:
-                lost = False
-                tell("is back")
-
-
-def _sample(values: dict[str, Any]) -> Sample:
-    nothing = np.full(RTDE_JOINTS, np.nan)
-    t = float(values["timestamp"])
-    q, v, current, temperature = (values.get(name, nothing) for name in CHANNELS)
-    told = ((stream, values.get(name)) for stream, name in BESIDE.items())
-    whole = values.keys() >= SETTING.keys()  # controllers report both or neither
-    beside = {
-        stream: np.concatenate([[t], six, *([q] if stream == POSE else [])])[None]
-        for stream, six in told
-        if six is not None
-    }
-    setting = np.array([values["payload"], *values["payload_cog"]]) if whole else UNSET
-    passive = undriven(*(values.get(name, np.nan) for name in STATUS))
-    return Sample(t, q, v, nothing if passive else current, temperature, beside, setting, passive)
 
 
 def now() -> float:
