@@ -15,7 +15,7 @@ from urdyn.simulate import happening, observe, parse_fault, plan, real_sensors, 
 from urdyn.simulate.limits import comfortable
 from urdyn.simulate.payload import Payload
 from urdyn.simulate.schedule import Handling
-from urdyn.simulate.work import pick_and_place
+from urdyn.simulate.work import Work, pick_and_place
 from urdyn.tracking import Tracker
 from urdyn.tracking.payload.handling import (
     HANDLING,
@@ -48,6 +48,12 @@ def drive_at_the_end(
     off = state.belief.mean[at] - healthy
     off[joint] -= np.log(times)
     return off, state.belief.sd[at], widened
+
+
+def befallen(dynamics: Dynamics, work: Work, fault: str, rng: np.random.Generator) -> Log:
+    """What is recorded of work in which a fault comes at once."""
+    lived = happening(dynamics, work, (parse_fault(f"{fault},shape=step", 6),), False)
+    return observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
 
 
 def test_a_rest_is_one_after_which_something_else_may_be_carried() -> None:
@@ -277,9 +283,7 @@ def test_friction_that_grows_between_rests_is_no_load_that_turns_over(joint: int
     dynamics, fit = commissioned(0)
     rng = np.random.default_rng(2)
     work = plan("point_to_point", dynamics.arm, 90.0, 100.0, rng)
-    fault = parse_fault(f"friction_increase:joint={joint},onset=30,rate=0.3,shape=step", 6)
-    lived = happening(dynamics, work, (fault,), False)
-    log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
+    log = befallen(dynamics, work, f"friction_increase:joint={joint},onset=30,rate=0.3", rng)
     off, sd, widened = drive_at_the_end(dynamics, fit, log, joint, 1.3)
     assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < 0.03
     assert widened < 8
@@ -298,9 +302,7 @@ def test_a_wrist_s_friction_is_not_what_it_bears(joint: int, unsure: float) -> N
     dynamics, fit = commissioned(0)
     rng = np.random.default_rng(3)
     work = plan("point_to_point", dynamics.arm, 120.0, RATE, rng)
-    fault = parse_fault(f"friction_increase:joint={joint},onset=50,rate=0.3,shape=step", 6)
-    lived = happening(dynamics, work, (fault,), False)
-    log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
+    log = befallen(dynamics, work, f"friction_increase:joint={joint},onset=50,rate=0.3", rng)
     off, sd, _ = drive_at_the_end(dynamics, fit, log, joint, 1.3)
     assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < unsure
     assert abs(off[joint]) < 0.5 * np.log(1.3)
@@ -317,9 +319,7 @@ def test_a_little_health_is_no_light_load(joint: int, unsure: float) -> None:
     dynamics, fit = commissioned(0)
     rng = np.random.default_rng(3)
     work = plan("point_to_point", dynamics.arm, 120.0, RATE, rng)
-    fault = parse_fault(f"health_degradation:joint={joint},onset=60,rate=0.08,shape=step", 6)
-    lived = happening(dynamics, work, (fault,), False)
-    log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
+    log = befallen(dynamics, work, f"health_degradation:joint={joint},onset=60,rate=0.08", rng)
     off, sd, _ = drive_at_the_end(dynamics, fit, log, joint, 0.92, "z")
     assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < unsure
 
@@ -337,8 +337,7 @@ def test_one_piece_does_not_stop_a_quick_arm_from_learning(monkeypatch: pytest.M
     rng, piece = np.random.default_rng(2), np.array([1.5, 0, 0, 0.12, 0.01, 0, 0.01, 0, 0, 1e-3])
     work = plan("point_to_point", dynamics.arm, 90.0, 100.0, rng)
     held = Handling(np.array([10.0, 20.0]), np.array([piece, 0.0 * piece]))
-    fault = parse_fault("friction_increase:joint=1,onset=35,rate=0.4,shape=step", 6)
-    lived = happening(dynamics, replace(work, handling=(held,)), (fault,), False)
-    log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
+    work, fault = replace(work, handling=(held,)), "friction_increase:joint=1,onset=35,rate=0.4"
+    log = befallen(dynamics, work, fault, rng)
     off, sd, _ = drive_at_the_end(dynamics, fit, log, 1, 1.4)
     assert (np.abs(off) < 4.0 * sd).all() and sd[1] < 0.03
