@@ -67,6 +67,19 @@ class Usual:
 
 
 @dataclass(frozen=True, eq=False)
+class Stretch:
+    """A window's rows, and the frequencies of their spectrum."""
+
+    t: Array  # (n,) [s]
+    signals: Array  # (3, n, J)
+    f: Array  # (F,) [Hz]
+
+    def nearest(self, frequency: float) -> int:
+        """The bin nearest to a frequency [Hz]."""
+        return round(frequency / float(self.f[1]))
+
+
+@dataclass(frozen=True, eq=False)
 class LineSearch:
     """Searches a window of signals, (3, n, J), for the lines of loops that ring."""
 
@@ -78,20 +91,19 @@ class LineSearch:
         self, before: Usual, window: float, t: Array, signals: Array
     ) -> tuple[Usual, list[Line]]:
         """The usual spectrum updated with this window, and the lines that last in it."""
-        f = self._frequencies(t)
-        whole = spectrum(signals, len(f))
+        seen = Stretch(t, signals, self._frequencies(t))
+        whole = spectrum(signals, len(seen.f))
         usual = before.power if before.looks else whole
         beside = neighbourhood(whole)
         least = floor(beside, usual)
         ratio = whole / np.where(least > 0.0, least, np.inf)
         apart = (whole[TORQUES] / np.maximum(beside[TORQUES], 1e-30)).max(axis=0)
-        seen = self._lines(t, signals, f, ratio=ratio, apart=apart)
-        ringing = np.isin(np.arange(self.space.joints), [line.joint for line in seen])
+        found = self._lines(seen, ratio, apart)
+        ringing = np.isin(np.arange(self.space.joints), [line.joint for line in found])
         after = _learnt(before, whole, ringing, window, float(t[-1]))
         out = ratio[TORQUES].max(axis=0)
-        each = _together(seen)
-        lines = [self._loudest(same, seen, t, signals, f=f, ratio=out) for same in each]
-        return after, [self._root(line, t, signals, f=f, ratio=ratio[SPEED]) for line in lines]
+        loudest = [self._loudest(same, found, seen, out) for same in _together(found)]
+        return after, [self._root(line, seen, ratio[SPEED]) for line in loudest]
 
     def _frequencies(self, t: Array) -> Array:
         """Frequencies of a window's spectrum, (F,) [Hz]: a fixed number, by the rows' own step.
@@ -102,38 +114,30 @@ class LineSearch:
         step = (t[-1] - t[0]) / (len(t) - 1)
         return np.asarray(nominal[nominal <= HIGHEST] * self.period / step, dtype=np.float64)
 
-    def _lines(self, t: Array, signals: Array, f: Array, ratio: Array, apart: Array) -> list[Line]:
+    def _lines(self, seen: Stretch, ratio: Array, apart: Array) -> list[Line]:
         """The line of each joint that has one, alone.
 
         Args:
-            f: frequencies, (F,) [Hz].
             ratio: of the spectrum to the usual, (3, F, J).
             apart: of torques to their neighbours, (F, J).
         """
+        signals, f = seen.signals, seen.f
         allowed = self._allowed(f, signals[SPEED])
         ratio, apart = np.where(allowed, ratio, 0.0), np.where(allowed, apart, 0.0)
         loud = (ratio >= self.rule.threshold).any(axis=(0, 1))
         joints = np.flatnonzero(loud & np.isfinite(signals).all(axis=(0, 1))).tolist()
         if not joints:  # as nearly always
             return []
-        halves = [lines(signals[:, part], len(f) // 2 + 1) for part in parts(len(t), 2)]
-        seen = []
+        halves = [lines(signals[:, part], len(f) // 2 + 1) for part in parts(len(seen.t), 2)]
+        found = []
         for j in joints:
             own = [half[..., j] for half in halves]
-            line = self._line(j, t, signals, f=f, ratio=ratio[..., j], halves=own)
+            line = self._line(j, seen, ratio[..., j], own)
             if line and others(apart[:, j], line.frequency / f[1]) < CROWD[0]:
-                seen.append(line)
-        return seen
+                found.append(line)
+        return found
 
-    def _line(
-        self,
-        j: int,
-        t: Array,
-        signals: Array,
-        f: Array,
-        ratio: Array,
-        halves: Sequence[Array],
-    ) -> Line | None:
+    def _line(self, j: int, seen: Stretch, ratio: Array, halves: Sequence[Array]) -> Line | None:
         """The line of joint j that lasts; None where none does.
 
         Args:
@@ -141,7 +145,7 @@ class LineSearch:
             halves: how far lines stand out in each half, (3, F') both.
         """
         least = (self.rule.least, self.rule.least, self.rule.swing)
-        x = signals[..., j]
+        t, f, x = seen.t, seen.f, seen.signals[..., j]
         for k in range(len(x)):
             for at in peaks(ratio[k], self.rule.threshold):
                 near = slice(max(at // 2 - 1, 0), at // 2 + 3)
@@ -155,7 +159,7 @@ class LineSearch:
                 noise = 0.0 if k == SPEED else self.scatter(j, whole, len(t))
                 if not lasts(sizes, whole, noise) or sizes[-2:].mean() <= least[k]:
                     continue
-                if beside(x[k], t, frequency, signals[SPEED], j) > APART * whole:
+                if beside(x[k], t, frequency, seen.signals[SPEED], j) > APART * whole:
                     torque = course(x[TORQUE], t, frequency) if k == SPEED else sizes
                     return Line(j, frequency, float(ratio[k, at]), torque)
         return None
@@ -171,13 +175,7 @@ class LineSearch:
         return min(row * float(np.sqrt(2.0 / (0.25 * rows))), SEEN * size)
 
     def _loudest(
-        self,
-        same: Sequence[Line],
-        seen: Sequence[Line],
-        t: Array,
-        signals: Array,
-        f: Array,
-        ratio: Array,
+        self, same: Sequence[Line], found: Sequence[Line], seen: Stretch, ratio: Array
     ) -> Line:
         """The line of joints that ring together: that of the drive with most torque.
 
@@ -187,20 +185,20 @@ class LineSearch:
 
         Args:
             same: this line in each joint, the clearest first.
-            seen: all lines.
+            found: all lines.
             ratio: of torques to the usual, (F, J).
         """
-        clearest = same[0]
-        frequency, torque = clearest.frequency, signals[TORQUE]
-        at = round(frequency / f[1])
+        clearest, t, f = same[0], seen.t, seen.f
+        frequency, torque = clearest.frequency, seen.signals[TORQUE]
+        at = seen.nearest(frequency)
         out = ratio[at - 1 : at + 2].max(axis=0) > HALVES
-        out[[line.joint for line in seen]] = False
+        out[[line.joint for line in found]] = False
         out[[line.joint for line in same]] = True
-        drives = np.flatnonzero(out & np.isfinite(signals[TORQUE:]).all(axis=(0, 1)))
+        drives = np.flatnonzero(out & np.isfinite(seen.signals[TORQUE:]).all(axis=(0, 1)))
         drive, w = self.space.reference.drive, 2.0 * np.pi * frequency
         does, goes = (
             np.array([amplitude(x[:, j], t, frequency) for j in drives])
-            for x in (torque, signals[SPEED])
+            for x in (torque, seen.signals[SPEED])
         )
         moved = np.minimum(does, w * drive.rotor_inertia[drives] * goes)
         whole, own = does / drive.coulomb[drives], moved / drive.coulomb[drives]
@@ -212,7 +210,7 @@ class LineSearch:
         sizes = course(torque[:, loudest], t, frequency)
         return Line(loudest, frequency, clearest.ratio, sizes)
 
-    def _root(self, line: Line, t: Array, signals: Array, f: Array, ratio: Array) -> Line:
+    def _root(self, line: Line, seen: Stretch, ratio: Array) -> Line:
         """The slow swing of which this line is an odd multiple, if it is one; or this line.
 
         Friction reverses with its joint, and so makes odd multiples of a swing too slow to be a
@@ -220,16 +218,16 @@ class LineSearch:
         program moves it at such frequencies too, but does so before the line is there.
 
         Args:
-            f: frequencies, (F,) [Hz].
             ratio: of speeds to the usual, (F, J).
         """
-        v, torque = signals[SPEED, :, line.joint], signals[TORQUE, :, line.joint]
+        t, own = seen.t, seen.signals[..., line.joint]
+        v, torque = own[SPEED], own[TORQUE]
         width, speed = 1.0 / float(t[-1] - t[0]), amplitude(v, t, line.frequency)
         for order in ODD:
             frequency = refined(v, t, line.frequency / order, ROOT * width)
             if not 2.0 * width < frequency < self.rule.lowest + width:
                 continue
-            at = round(frequency / f[1])
+            at = seen.nearest(frequency)
             if ratio[at - 1 : at + 2, line.joint].max() < HALVES:
                 continue
             whole, sizes = amplitude(v, t, frequency), course(torque, t, frequency)
