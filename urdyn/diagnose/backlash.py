@@ -59,12 +59,6 @@ class Loaded:
     load: Array  # (N, J) [N·m] modelled load of the joints
     left: Array  # (N, J) [A] residuals of their currents
 
-    def zero(self, row: int, j: int) -> float:
-        """When joint j's load was zero, within the step to a row [s]."""
-        before, t = self.load[row - 1, j], self.rows.t
-        share = before / (before - self.load[row, j])
-        return float(t[row - 1] + share * (t[row] - t[row - 1]))
-
 
 @dataclass(frozen=True, eq=False)
 class Backlash:
@@ -181,7 +175,8 @@ class Backlash:
             row: the first after the reversal.
             beside: joints whose load reverses at about the same time, (J,).
         """
-        rows, load, left, t0 = seen.rows, seen.load[:, j], seen.left[:, j], seen.zero(row, j)
+        rows, load, left = seen.rows, seen.load[:, j], seen.left[:, j]
+        t0 = rows.zero(load, row)
         after = rows.t - t0
         crossed = self.crossing.weigh(rows, after, load=load, left=left, j=j)
         flown = self.flight.weigh(rows, after, load=load, left=left, j=j, tool=seen.tool)

@@ -109,16 +109,14 @@ class Recurring:
             turned = np.zeros(x.shape, dtype=bool)
             turned[1:] = (x[1:] * x[:-1] < 0.0) & judged[1:]
             for row, j in np.argwhere(turned).tolist():
-                before = x[row - 1, j]
-                share = before / (before - x[row, j])
-                t0 = float(rows.t[row - 1] + share * (rows.t[row] - rows.t[row - 1]))
+                t0 = rows.zero(x[:, j], row)
                 if t0 < _over(float(state.t[j, w, -1]), loud):
                     continue
                 late = LATE if WAYS[w] in MODELLED else LATE[:1]
                 y = _windows(rows, x[:, j], left[:, j], j, t0 + late, self._least(state, j))
                 if not np.isfinite(y[0]).all():
                     continue
-                state = _with(state, j, w, y * np.sign(-before), t0)
+                state = _with(state, j, w, y * np.sign(-x[row - 1, j]), t0)
                 known = told[j] or any(event.joint == j for event in found)
                 event = None if known else self._event(state, j, w, float(rows.t[-1]))
                 found += [event] if event else []

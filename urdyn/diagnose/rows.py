@@ -53,6 +53,11 @@ class Rows:
         """Measured minus predicted, (N, J) [A]."""
         return self.current - self.predicted
 
+    def zero(self, x: Array, row: int) -> float:
+        """When x (N,) was zero, within the step to a row at which its sign had changed [s]."""
+        share = x[row - 1] / (x[row - 1] - x[row])
+        return float(self.t[row - 1] + share * (self.t[row] - self.t[row - 1]))
+
     def part(self, start: int, stop: int) -> Rows:
         """Rows start:stop; views, nothing is copied."""
         return Rows(**{f.name: getattr(self, f.name)[start:stop] for f in fields(self)})
