@@ -118,7 +118,7 @@ def _jumped(event: Event, name: str) -> str:
     if until is None:
         jump = f"jumped by {event.size:+.3g} rad at stamp {event.onset:.2f} s"
         return f"{name}: zero of the encoder {jump}"
-    span = _while(event.onset, until, 2)
+    span = _while(event.onset, until)
     return f"{name}: zero of the encoder was off by {event.evidence['was_rad']:+.3g} rad {span}"
 
 
@@ -129,7 +129,7 @@ def _sick(event: Event, name: str) -> str:
         often = ""
         if says.times > 1:
             often = f" {says.times} times, for {told['longest_s']:.1f} s at most,"
-        span = _while(event.onset, says.until, 2)
+        span = _while(event.onset, says.until)
         return f"{name}: {sensor} was {how}{often} {span}, and is well since"
     at = f" at {told['value_A']:.3g} A" if "value_A" in told else ""
     if told["mode"] == CLIPPED:
@@ -140,7 +140,7 @@ def _sick(event: Event, name: str) -> str:
     return f"{name}: {sensor} is {how}{at} since stamp {event.onset:.1f} s"
 
 
-def _while(begin: float, end: float, decimals: int) -> str:
+def _while(begin: float, end: float) -> str:
     """From when to when; a single time where both are equal."""
-    first, last = f"{begin:.{decimals}f}", f"{end:.{decimals}f}"
+    first, last = f"{begin:.2f}", f"{end:.2f}"
     return f"at stamp {first} s" if first == last else f"from stamp {first} s to {last} s"

@@ -48,10 +48,6 @@ class Bank:
     C: Array  # (2, m, p, p)
     d: Array  # (2, m, p)
 
-    def sd(self, at: int) -> float:
-        """sd of the belief about one state."""
-        return float(np.sqrt(self.P[at, at]))
-
 
 @dataclass(frozen=True, eq=False)
 class Block:
