@@ -76,7 +76,7 @@ class Beside:
         """
         nobodys = np.zeros(len(carried.ANYTHING))
         told = self.said(Pool(A, np.zeros(len(A)), 0.0, nobodys), belief, nobodys).C
-        return np.diag(np.linalg.inv(moments * told + np.diag(carried.ANYTHING**-2.0)))
+        return np.diag(np.linalg.inv(moments * told + carried.PRIOR))
 
     def said(self, pool: Pool, belief: Belief, m: Array) -> Shown:
         """Information about the load in moments of an arm that carries m."""

@@ -20,6 +20,7 @@ from urdyn.tracking.physical import PAYLOAD_REACH
 from urdyn.types import Array, Index
 
 ANYTHING = PAYLOAD_SD  # sd of a new one
+PRIOR = np.diag(ANYTHING**-2.0)  # the same as information
 NOTHING = np.array([0.02, 0.004, 0.004, 0.004, *[5e-4] * 6])  # sd that a cable adds to a known one
 ALIKE = np.array([0.15, 0.03, 0.03, 0.03, *[0.01] * 6])  # -, m, m²: sd per kilogram of another
 SURE = 12.0  # [nats] by which a new mode must be better than the known ones

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.diagnose import carried, warmth
+from urdyn.diagnose import carried, friction, warmth
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.onsets import Bank, Block, Straying
 from urdyn.diagnose.rules import Rules
@@ -21,7 +21,6 @@ from urdyn.types import Array
 
 PER_HOUR = 60.0  # [√s] in an hour: a walk grows with the root of time
 GROWTH = 150.0  # [s] in which a known fault may change by its expected size
-UNSTEADY = ("f", "alpha", "beta")  # whose windows are narrower where friction is steady
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +70,7 @@ class Healthy:
             level: sd that low-frequency noise puts into offsets, (J,) [N·m].
         """
         window = self.straying.window[: self.space.size].copy()
-        for state in UNSTEADY:
+        for state in friction.TERMS:
             window[self.space.places[state]] *= share
         o = self.space.places["o"]
         window[o] = np.hypot(window[o], level)

@@ -16,14 +16,13 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import expit
 
-from urdyn.diagnose.carried import ANYTHING, CHANGED, NOTHING, Mode, Shown
+from urdyn.diagnose.carried import ANYTHING, CHANGED, NOTHING, PRIOR, Mode, Shown
 from urdyn.types import Array
 
 RUN = 4  # successive moments from which a guess is made
 BEGINS = 2  # first moments: what came within one of them and stays is no piece
 ROUNDS = 12  # of the chain and of m, each given the other
 LENGTHS = (20.0, 6.0)  # mean moments for which a piece is held, or not
-PRIOR = np.diag(ANYTHING**-2.0)
 
 
 def unseen(

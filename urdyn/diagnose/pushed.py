@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.diagnose.carried import ANYTHING
+from urdyn.diagnose.carried import PRIOR
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.space import Space
 from urdyn.estimate.mixture import log_density, moments, normalised
@@ -274,7 +274,7 @@ def _held(bins: tuple[Bin, ...], size: Array, calm: int) -> bool:
     felt, sd, slack, tool = _stacked(bins, "felt", "sd", "slack", "tool")
     wide = np.hypot(sd, np.ptp(slack, axis=1) / np.sqrt(12.0))
     scaled = (tool / wide[..., None]).reshape(-1, tool.shape[-1])
-    precision = scaled.T @ scaled + np.diag(ANYTHING**-2.0)
+    precision = scaled.T @ scaled + PRIOR
     piece = np.linalg.solve(precision, scaled.T @ (felt / wide).ravel())
     left = _sizes(felt - tool @ piece, bins)
     return bool(left.sum() < 0.5 * size.sum() and left[-calm:].sum() < size[-calm:].sum())
