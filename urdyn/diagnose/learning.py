@@ -54,11 +54,18 @@ class Learning:
         off, var = _told(A, b, x, P)
         f = self.space.places["f"]
         usual = self.healthy.straying.window[f]
+
+        def heard(before: Loudness, group: str) -> Loudness:
+            """How loud the residual is, by a state of each joint."""
+            at = self.space.places[group]
+            noise = 1.0 / np.where(np.isnan(off[at]), np.nan, np.diag(A)[at])
+            rest = var[at] - noise + window[at] ** 2
+            expected, white = x[at], noise / learnt.loudness.power
+            return loudness.heard(before, expected + off[at], expected, white, rest)
+
         return Learnt(
-            loudness=self._heard(
-                learnt.loudness, "f", learnt, A, off=off, var=var, x=x, window=window
-            ),
-            level=self._heard(learnt.level, "o", learnt, A, off=off, var=var, x=x, window=window),
+            loudness=heard(learnt.loudness, "f"),
+            level=heard(learnt.level, "o"),
             steadiness=steadiness.learnt(learnt.steadiness, off[f], np.sqrt(var[f]), usual),
         )
 
@@ -73,23 +80,6 @@ class Learning:
         white = np.where(known, 1.0 / np.where(known, information, 1.0), 0.0) / quick
         level = np.sqrt(np.maximum(learnt.level.power - quick, 0.0) * white)
         return self.healthy.window(learnt.steadiness.share, level)
-
-    def _heard(
-        self,
-        heard: Loudness,
-        group: str,
-        learnt: Learnt,
-        A: Array,
-        off: Array,
-        var: Array,
-        x: Array,
-        window: Array,
-    ) -> Loudness:
-        """How loud the residual is, by a state of each joint."""
-        at = self.space.places[group]
-        noise = 1.0 / np.where(np.isnan(off[at]), np.nan, np.diag(A)[at])
-        rest = var[at] - noise + window[at] ** 2
-        return loudness.heard(heard, x[at] + off[at], x[at], noise / learnt.loudness.power, rest)
 
 
 def _told(A: Array, b: Array, x: Array, P: Array) -> tuple[Array, Array]:
