@@ -152,19 +152,7 @@ class SensorHealth:
         clipped = state.again >= CLIPS
         state, shown = self._signs(state, rows)
         clips = (state.again >= CLIPS) & ~clipped
-        state = self._tore(state, rows.t, torn)
-        left = np.concatenate([state.left, rows.residual])[-max(signs.ENOUGH, len(rows)) :]
-        rough = signs.rough(state.rough, left) if self.period < COARSE else state.rough
-        over = signs.noisier(rough / self.usual) / self.rule.noisy
-        weight = np.clip(over**2 - 1.0, -FADES, 1.0)  # a joint that rattles is slightly over
-        # One that was noisy for an hour is trusted as soon as one that was for seconds.
-        most = self.rule.lasting + FADES * BELIEVED
-        lasted = np.clip(state.loud + weight * len(rows) * self.period, 0.0, most)
-        loud = np.where(ringing, 0.0, lasted)
-        began = (state.loud > 0.0) | (rough > SOUND * self.usual)
-        grew = np.where(began, state.grew, rows.t[-1])
-        state = replace(state, left=left[-signs.ENOUGH :], rough=rough, loud=loud, grew=grew)
-        noisy = (loud >= self.rule.lasting) & (weight > 0.0)
+        state, noisy = self._roughened(self._tore(state, rows.t, torn), rows, ringing)
         erratic = torn.any(axis=0) & (state.torn > OFTEN) & ~self.unsteady(state)
         now = float(rows.t[-1])
         ill = np.where(np.vstack([shown, noisy, erratic]), now, state.ill)
@@ -245,6 +233,21 @@ class SensorHealth:
         first = (kept < FEW) & own.any(axis=0)
         tore = np.where(first, t[np.argmax(own, axis=0)], state.tore)
         return replace(state, torn=kept + own.sum(axis=0), tore=tore)
+
+    def _roughened(self, state: Felt, rows: Rows, ringing: Mask) -> tuple[Felt, Mask]:
+        """With the noise of a beat, and whether it has been too much for too long, (J,)."""
+        left = np.concatenate([state.left, rows.residual])[-max(signs.ENOUGH, len(rows)) :]
+        rough = signs.rough(state.rough, left) if self.period < COARSE else state.rough
+        over = signs.noisier(rough / self.usual) / self.rule.noisy
+        weight = np.clip(over**2 - 1.0, -FADES, 1.0)  # a joint that rattles is slightly over
+        # One that was noisy for an hour is trusted as soon as one that was for seconds.
+        most = self.rule.lasting + FADES * BELIEVED
+        lasted = np.clip(state.loud + weight * len(rows) * self.period, 0.0, most)
+        loud = np.where(ringing, 0.0, lasted)
+        began = (state.loud > 0.0) | (rough > SOUND * self.usual)
+        grew = np.where(began, state.grew, rows.t[-1])
+        after = replace(state, left=left[-signs.ENOUGH :], rough=rough, loud=loud, grew=grew)
+        return after, (loud >= self.rule.lasting) & (weight > 0.0)
 
     def _event(self, state: Felt, mode: str, j: int, now: float) -> Event:
         if mode == "noisy":
