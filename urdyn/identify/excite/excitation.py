@@ -113,10 +113,7 @@ def excite(
     Raises:
         UnsafeMotionError: none of the motions tried can be proven safe.
     """
-    ask = ask or Ask()
-    asked = question(arm, ask.payload, twin, ask.interest, rate=ask.rate)
-    ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask))
-    assert ask.limits is not None
+    asked, ask = _posed(arm, ask or Ask(), twin)
     if ask.kind == "fourier":
         return completed(asked, ask, *_fourier(asked, ask, progress, processes))
     return completed(asked, ask, *_slow(asked, ask), ())
@@ -134,9 +131,15 @@ def repeated(arm: Arm, ask: Ask, path: Series | Moves, twin: Fit | None = None) 
     """
     if ask.twin and twin is None:
         raise InputError("the motion adds to a twin, which tells its torques: name it by --twin")
-    asked = question(arm, ask.payload, twin, ask.interest, rate=ask.rate)
-    ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask))
+    asked, ask = _posed(arm, ask, twin)
     return completed(asked, ask, path, prove(loaded(asked), path, _safe(asked, ask)), ())
+
+
+def _posed(arm: Arm, ask: Ask, twin: Fit | None) -> tuple[Question, Ask]:
+    """What is asked of an arm, and the request with its limits, and its payload in the cell."""
+    asked = question(arm, ask.payload, twin, ask.interest, rate=ask.rate)
+    limits, cell = bearable(asked.point, ask.limits), _with_payload(ask)
+    return asked, replace(ask, limits=limits, cell=cell)
 
 
 def completed(
