@@ -36,9 +36,11 @@ def kinematic(limits: Limits, motion: QVA) -> tuple[Array, Callable[[Array], QVA
 def torques(limits: Limits, columns: Columns) -> tuple[Array, Callable[[Array], Array]]:
     """Bounds on torque from either side, (2, N, J); gradient in the load, (N, J)."""
     share = columns.load / limits.torque
-    return np.array(
-        [share, -share]
-    ) - 1.0, lambda weights: (weights[0] - weights[1]) / limits.torque
+
+    def slopes(weights: Array) -> Array:
+        return np.asarray((weights[0] - weights[1]) / limits.torque)
+
+    return np.array([share, -share]) - 1.0, slopes
 
 
 def holding(arm: Arm, limits: Limits, q: Array) -> tuple[Array, Callable[[Array], Array]]:
