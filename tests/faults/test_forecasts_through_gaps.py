@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from urdyn.faults import Baseline, forecast, stated_baseline
-from urdyn.faults.courses import RAMP, SHARES, going, stopped
+from urdyn.faults.courses import RAMP, SHARES, going, stopped, stream_of
 from urdyn.faults.onset import followed
 from urdyn.faults.prognosis import foresee
 from urdyn.faults.shapes import POWERS, TIMES
@@ -82,7 +82,7 @@ def test_a_stopped_ramp_is_regressed_as_if_it_were_followed() -> None:
     dense = drawn(11, 0.2, 0.5, 0.3)
     baseline = coloured(0.5, 0.3)
     state = followed(baseline, dense.y)
-    found = stopped(baseline, state, 0, 1e-3)
+    found = stopped(stream_of(baseline, state, 0), 1e-3)
     ramp = np.maximum(np.arange(1.0, STEPS + 1.0) - (state.t - found.age)[:, None], 0.0)
     h = dense.white(np.minimum(ramp, found.lasts[:, None]))
     np.testing.assert_allclose(found.S2, (h**2).sum(axis=1), rtol=1e-8, atol=1e-8)
@@ -97,7 +97,7 @@ def test_a_ramp_between_two_onsets_is_regressed_as_if_it_were_followed(
     """w h_i + (1 - w) h_j itself, with w by where it lies."""
     dense, baseline = drawn(11, 0.2, *a), coloured(*a)
     state = followed(baseline, dense.y, 20)
-    found = going(baseline, state, 0)
+    found = going(stream_of(baseline, state, 0))
     ramps = np.maximum(np.arange(1.0, STEPS + 1.0)[:, None] - state.onset, 0.0)
     began = state.t - found.age
     h = dense.white(np.array([np.interp(began, state.onset, ramp) for ramp in ramps]).T)

@@ -10,7 +10,7 @@ from scipy.stats import multivariate_normal
 
 from urdyn.errors import InputError, UrdynError
 from urdyn.faults import forecast, health_index, stated_baseline
-from urdyn.faults.courses import RAMP, SHARES, UNEVEN, posterior, wandering, widened
+from urdyn.faults.courses import RAMP, SHARES, UNEVEN, posterior, stream_of, wandering
 from urdyn.faults.futures import PARTS
 from urdyn.faults.onset import followed
 from urdyn.faults.prognosis import foresee
@@ -47,7 +47,7 @@ def test_the_posterior_is_bayes_rule_on_a_grid(monkeypatch: pytest.MonkeyPatch) 
     far, state = (CRITICAL - LEVEL) / sigma, followed(baseline, y)
     known = posterior(baseline, state, 0, 1.0, far, hazard)
     doubt = baseline.inflation[0] ** 2 / baseline.steps
-    root = np.linalg.cholesky(widened(state, 0) * (np.eye(n) + doubt))
+    root = np.linalg.cholesky(stream_of(baseline, state, 0).wide * (np.eye(n) + doubt))
     e = np.linalg.solve(root, (y - LEVEL) / sigma)
     # Neighbours' median marks outliers; here there are none. What stopped began at a whole step.
     first, last = np.nonzero(np.triu(np.ones((n, n)), 1))
@@ -83,8 +83,9 @@ def test_a_ramp_that_wanders_is_a_dense_gaussian() -> None:
     y[[7, 20, 21]] = np.nan
     baseline, told = stated_baseline(LEVEL, 0.02), np.isfinite(y)
     state, t = followed(baseline, y), np.arange(1.0, 41.0)
-    found, odds = wandering(baseline, state, 0)
-    e, noise = ((y - LEVEL) / 0.02)[told], widened(state, 0)
+    stream = stream_of(baseline, state, 0)
+    found, odds = wandering(stream)
+    e, noise = ((y - LEVEL) / 0.02)[told], stream.wide
     level = noise * baseline.inflation[0] ** 2 / baseline.steps
     healthy = noise * np.eye(len(e)) + level
     none = multivariate_normal(np.zeros(len(e)), healthy).logpdf(e)

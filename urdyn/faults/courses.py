@@ -14,6 +14,7 @@ Nor is one that is straight only in the long run: there are also ramps that wand
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +37,54 @@ FASTER = 2.0  # [-] of the rate, at which an accelerating course may go on
 NEGLIGIBLE = 1e-6  # [-] weight of a course
 STEADY = 0.8  # [-] least credible variance of innovations, over the baseline's
 PRIOR_STEPS = 30.0  # [steps] weight of the baseline's spread against what was followed
+
+
+@dataclass(frozen=True, eq=False)
+class Stream:
+    """One stream as it was followed, with the A onsets in use; sums are those of `Kinks`."""
+
+    t: int  # [steps] so far
+    a: Array  # (p,) its autoregression
+    onset: Array  # (A,) [step]
+    mass: Array  # (A,) [steps]
+    S: Array  # (3, G, A)
+    K: Array  # (2, A)
+    P: Array  # (A, A); (0, 0): nothing was missing
+    X: Array  # (3, T)
+    E: float
+    walks: Walks  # (Q, A) each
+    wide: float  # [-] variance of innovations over that of healthy ones
+    precision: float  # of the level, from baseline and data, over that of one innovation
+
+    @property
+    def passed(self) -> float:
+        """Share of a lasting change that is left in innovations [-]."""
+        return 1.0 - float(self.a.sum())
+
+
+def stream_of(baseline: Baseline, state: Kinks, stream: int) -> Stream:
+    """One of the streams that were followed."""
+    used = np.isfinite(state.onset)
+    return Stream(
+        t=state.t,
+        a=baseline.coefficients[stream],
+        onset=state.onset[used],
+        mass=state.mass[used],
+        S=state.S[:, :, used, stream],
+        K=state.K[:, used, stream],
+        P=state.P[:, :, stream],
+        X=state.X[:, :, stream],
+        E=state.E[stream],
+        walks=Walks(*state.walks[:, :, used, stream]),
+        wide=_widened(state, stream),
+        precision=float(state.N[stream] + baseline.steps[stream] / baseline.inflation[stream] ** 2),
+    )
+
+
+def _widened(state: Kinks, stream: int) -> float:
+    """Variance of innovations over that of healthy ones, estimated from their differences."""
+    squares, count = state.stride[:, stream]
+    return max(STEADY, float((PRIOR_STEPS + squares) / (PRIOR_STEPS + count)))
 
 
 class Courses(NamedTuple):
@@ -63,8 +112,9 @@ def posterior(
     """
     if not state.N[stream] > 0.0:
         raise InputError("a forecast needs at least one measured step after the baseline")
-    one, smooth, evenly = _even(baseline, state, stream, sign, rise, hazard)
-    walks, pace, unevenly, otherwise = _uneven(baseline, state, stream, sign, rise)
+    seen = stream_of(baseline, state, stream)
+    one, smooth, evenly = _even(seen, sign, rise, hazard)
+    walks, pace, unevenly, otherwise = _uneven(seen, sign, rise)
     evidence = np.concatenate([evenly, unevenly])
     evidence += np.log(hazard)
     total = float(np.logaddexp.reduce(evidence))
@@ -78,27 +128,20 @@ def posterior(
     return Posterior(_ahead(even, one, smooth), _walking(uneven, walks, pace, sign), begun)
 
 
-def _even(
-    baseline: Baseline, state: Kinks, stream: int, sign: float, rise: float, hazard: float
-) -> tuple[Courses, Paces, Array]:
+def _even(stream: Stream, sign: float, rise: float, hazard: float) -> tuple[Courses, Paces, Array]:
     """Courses without wander that the data inform; their paces and log evidence."""
-    kinds = (
-        bent(state, stream), going(baseline, state, stream),
-        stopped(baseline, state, stream, hazard), always(state, stream),
-    )  # fmt: skip
+    kinds = bent(stream), going(stream), stopped(stream, hazard), always(stream)
     one = Courses(*map(np.concatenate, zip(*kinds, strict=True)))
-    S1, S2 = levelled(baseline, state, stream, one)
+    S1, S2 = levelled(stream, one)
     informed = (S2 > 0.0) & (one.prior > 0.0)
     one = Courses(*(x[informed] for x in one))
     paces, likely = _paces(sign * S1[informed], S2[informed], one.power, rise)
     return one, paces, likely + np.log(one.prior)
 
 
-def _uneven(
-    baseline: Baseline, state: Kinks, stream: int, sign: float, rise: float
-) -> tuple[Walking, Paces, Array, Array]:
+def _uneven(stream: Stream, sign: float, rise: float) -> tuple[Walking, Paces, Array, Array]:
     """Ramps that wander; their paces, and log evidence on the fault's side and on the other."""
-    walks, besides = wandering(baseline, state, stream)
+    walks, besides = wandering(stream)
     paces, likely = _paces(sign * walks.S1, walks.S2, np.ones(len(walks.S1)), rise)
     likely, high = likely + besides, _height(walks, paces, sign)
     return walks, paces, likely + log_ndtr(high), likely + log_ndtr(-high)
@@ -111,98 +154,84 @@ def _paces(S1: Array, S2: Array, power: Array, rise: float) -> tuple[Paces, Arra
     return paces, likely + _density(np.maximum(paces.mean, paces.sd), power, rise)
 
 
-def levelled(baseline: Baseline, state: Kinks, stream: int, one: Courses) -> tuple[Array, Array]:
+def levelled(stream: Stream, one: Courses) -> tuple[Array, Array]:
     """S1 and S2 at the actual spread of innovations, less what the level's error explains.
 
     The variance of the baseline's level b is kappa² / steps of theirs, whatever the course; S2 is 0
     where nothing is left.
     """
-    wide = widened(state, stream)
+    wide = stream.wide
     S1, S2, H = one.S1 / wide, one.S2 / wide, one.H / wide
-    precision = _precision(baseline, state, stream) / wide
+    precision = stream.precision / wide
     left = S2 - H**2 / precision
-    return S1 - H * state.E[stream] / wide / precision, np.where(left > 1e-9 * S2, left, 0.0)
+    return S1 - H * stream.E / wide / precision, np.where(left > 1e-9 * S2, left, 0.0)
 
 
-def _precision(baseline: Baseline, state: Kinks, stream: int) -> float:
-    """Precision of the level, from baseline and data followed, over that of one innovation."""
-    return float(state.N[stream] + baseline.steps[stream] / baseline.inflation[stream] ** 2)
-
-
-def widened(state: Kinks, stream: int) -> float:
-    """Variance of innovations over that of healthy ones, estimated from their differences."""
-    squares, count = state.stride[:, stream]
-    return max(STEADY, float((PRIOR_STEPS + squares) / (PRIOR_STEPS + count)))
-
-
-def bent(state: Kinks, stream: int) -> Courses:
+def bent(stream: Stream) -> Courses:
     """Courses that go on, of every power but a ramp's, from every onset kept."""
-    used, others = np.isfinite(state.onset), np.arange(len(POWERS)) != RAMP
-    shape = (int(others.sum()), int(used.sum()))
-    age = np.broadcast_to(state.t - state.onset[used], shape)
+    others = np.arange(len(POWERS)) != RAMP
+    shape = (int(others.sum()), len(stream.onset))
+    age = np.broadcast_to(stream.t - stream.onset, shape)
     power = np.broadcast_to(np.array(POWERS)[others, None], shape)
-    sums = state.S[:, :, used, stream][:, others]
-    prior = np.array(SHARES)[others, None] * state.mass[used]
+    sums = stream.S[:, others]
+    prior = np.array(SHARES)[others, None] * stream.mass
     lasts = np.full(shape, np.inf)
     return Courses(*(x.ravel() for x in (*sums, age**power, age, lasts, power, prior)))
 
 
-def going(baseline: Baseline, state: Kinks, stream: int) -> Courses:
+def going(stream: Stream) -> Courses:
     """Ramps that go on, from onsets between kept neighbours i and j.
 
     Their h is w h_i + (1 - w) h_j, except in the few steps between the two. Old neighbours are far
     apart, whereas the onset of long growth is known sharply.
     """
-    onset = state.onset[np.isfinite(state.onset)]
+    onset, (S1, S2, H) = stream.onset, stream.S[:, RAMP]
     i = np.arange(len(onset))
     j = np.minimum(i + 1, i[-1])
-    S1, S2, H = state.S[:, RAMP, :, stream]
-    apart = onset[j] - onset[i] >= max(baseline.order, 1)
+    apart = onset[j] - onset[i] >= max(len(stream.a), 1)
     w = np.where(apart, PARTS[:, None], np.round(PARTS)[:, None])  # nearer ones: either of the two
-    both = _products(baseline, state, stream, i, j)
+    both = _products(stream, i, j)
     S2 = w**2 * S2[i] + 2.0 * w * (1.0 - w) * both + (1.0 - w) ** 2 * S2[j]
-    S1, H, age = (w * x[i] + (1.0 - w) * x[j] for x in (S1, H, state.t - onset))
+    S1, H, age = (w * x[i] + (1.0 - w) * x[j] for x in (S1, H, stream.t - onset))
     one = np.ones(w.shape)
-    prior = one * np.diff(onset, append=state.t) * SHARES[RAMP] / len(PARTS)
+    prior = one * np.diff(onset, append=stream.t) * SHARES[RAMP] / len(PARTS)
     return Courses(*(x.ravel() for x in (S1, S2, H, age, age, np.inf * one, one, prior)))
 
 
-def stopped(baseline: Baseline, state: Kinks, stream: int, hazard: float) -> Courses:
+def stopped(stream: Stream, hazard: float) -> Courses:
     """Ramps from an onset i that stopped at a later one j: h_i - h_j."""
-    onset = state.onset[np.isfinite(state.onset)]
+    onset, (S1, S2, H) = stream.onset, stream.S[:, RAMP]
     between = onset - onset[:, None]
-    i, j = np.nonzero(between >= max(baseline.order, 1))
+    i, j = np.nonzero(between >= max(len(stream.a), 1))
     lasts = between[i, j]
-    S1, S2, H = state.S[:, RAMP, :, stream]
-    both = _products(baseline, state, stream, i, j)
-    prior = hazard * SHARES[RAMP] * state.mass[i] * state.mass[j]
-    power, age = np.ones(len(i)), state.t - onset[i]
+    both = _products(stream, i, j)
+    prior = hazard * SHARES[RAMP] * stream.mass[i] * stream.mass[j]
+    power, age = np.ones(len(i)), stream.t - onset[i]
     return Courses(
         S1[i] - S1[j], S2[i] - 2.0 * both + S2[j], H[i] - H[j], lasts, age, lasts, power, prior
     )
 
 
-def _products(baseline: Baseline, state: Kinks, stream: int, i: Index, j: Index) -> Array:
+def _products(stream: Stream, i: Index, j: Index) -> Array:
     """Sum h_i h_j of ramps from an onset i and a later one j.
 
     Where j is at least as many steps after i as the autoregression has lags, h_i is a straight line
     by then, (1 - sum a) k + sum j a_j, whose sums are kept. This fails after a gap, where the
     products themselves are kept.
     """
-    a = baseline.coefficients[stream]
-    passed, lag = 1.0 - a.sum(), a @ np.arange(1.0, len(a) + 1.0)
-    timed, plain = state.K[:, j, stream]
-    both = passed * timed + (passed * (state.onset[j] - state.onset[i]) + lag) * plain
-    return np.asarray(both + state.P[i, j, stream] if state.P.size else both)
+    passed, lag = stream.passed, stream.a @ np.arange(1.0, len(stream.a) + 1.0)
+    timed, plain = stream.K[:, j]
+    both = passed * timed + (passed * (stream.onset[j] - stream.onset[i]) + lag) * plain
+    return np.asarray(both + stream.P[i, j] if stream.P.size else both)
 
 
-def always(state: Kinks, stream: int) -> Courses:
+def always(stream: Stream) -> Courses:
     """Exponentials, which have no onset: each was as large as the noise at some step.
 
     Only those count whose history spans more than two e-folds.
     """
-    one, (S1, S2, H) = np.ones(len(TIMES)), state.X[:, :, stream]
-    prior = ALWAYS / len(TIMES) * np.where(state.t > 2.0 * TIMES, TIMES, 0.0)
+    one, (S1, S2, H) = np.ones(len(TIMES)), stream.X
+    prior = ALWAYS / len(TIMES) * np.where(stream.t > 2.0 * TIMES, TIMES, 0.0)
     return Courses(S1, S2, H, one, ENDLESS * TIMES, np.inf * one, ENDLESS * one, prior)
 
 
@@ -253,19 +282,16 @@ class Walking(NamedTuple):
     walk: Array  # [spread²/step]
 
 
-def wandering(baseline: Baseline, state: Kinks, stream: int) -> tuple[Walking, Array]:
+def wandering(stream: Stream) -> tuple[Walking, Array]:
     """Ramps that wander, and the log odds of each beyond its regression's, prior included.
 
-    u is `passed` times the level; `passed` is the share of a lasting change left in innovations.
+    u is `passed` times the level.
     """
-    used = np.isfinite(state.onset)
-    x = Walks(*state.walks[:, :, used, stream])
-    wide, passed = widened(state, stream), 1.0 - baseline.coefficients[stream].sum()
-    age = np.broadcast_to(state.t - state.onset[used], x.mean.shape)
-    precision = _precision(baseline, state, stream)
-    misfit = x.misfit + state.E[stream] ** 2 / precision
-    odds = np.log(UNEVEN * SHARES[RAMP] / len(STEPS) * state.mass[used])
-    odds = odds - 0.5 * (misfit / wide + x.width - np.log(precision))
+    x, wide, passed = stream.walks, stream.wide, stream.passed
+    age = np.broadcast_to(stream.t - stream.onset, x.mean.shape)
+    misfit = x.misfit + stream.E**2 / stream.precision
+    odds = np.log(UNEVEN * SHARES[RAMP] / len(STEPS) * stream.mass)
+    odds = odds - 0.5 * (misfit / wide + x.width - np.log(stream.precision))
     walk = np.broadcast_to(wide * STEPS[:, None] / passed**2, age.shape)
     shape, off, var = age - x.shape / passed, x.mean / passed, wide * x.var / passed**2
     one = Walking(x.S1 / wide, x.S2 / wide, age, shape, off, var, walk)
