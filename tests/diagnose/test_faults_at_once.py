@@ -9,6 +9,7 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose import Diagnosis, Finding, onsets
+from urdyn.diagnose.ailing import Ailing
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.ledger import Book
@@ -66,19 +67,19 @@ def test_a_fault_that_is_known_began_at_its_onset_and_nowhere_else(
     k = next(i for i, s in enumerate(of.each) if (s.kind.name, s.joint) == ("sensor_fault", 2))
     suspect = of.each[k]
     at, change = int(of.states[suspect.places[0]]), 9.0 * float(suspect.sd[0])
-    recall = Recall(np.nan, *healthy.first)
+    recall, sound = Recall(np.nan, *healthy.first), Ailing(healthy, (), np.ones(where.joints))
     for n in range(8):
         truth = np.zeros(healthy.size)
         truth[at] = change * (n >= 4)
         if divided and n == 4:
             truth = 9.0 * np.sqrt(np.diag(healthy.first[1]))
         block = _told(healthy, truth, at, LENGTH * n)
-        recall = recall.after(block, healthy, (), healthy.straying)
+        recall = recall.after(block, sound)
     known = (Fault(k, 4 * LENGTH, 4 * LENGTH, 5 * LENGTH, change),)
-    straying = healthy.loosened(known, np.ones(where.joints))
-    for n, (_, x, P) in enumerate(recall.course(healthy, known, straying)):
+    arm = replace(sound, known=known)
+    for n, (_, x, P) in enumerate(recall.course(arm)):
         assert abs(x[at] - change * (n >= 4)) < 3.0 * np.sqrt(P[at, at])
-    bank = recall.again(healthy, known, straying, of.directions(healthy.size))
+    bank = recall.again(arm, of.directions(healthy.size))
     others = np.delete(bank.x, at)
     assert np.abs(others / np.sqrt(np.delete(np.diag(bank.P), at) + 1e-12)).max() < 1.0
 
@@ -90,11 +91,11 @@ def test_what_is_gone_and_comes_back_is_another_fault(shop: Shop) -> None:
     at, begins = diagnosis.space.places["z"].start + 2, (4, 18)
     book, told = Book(), list[Finding]()
     for n in range(22):
-        truth, straying = np.zeros(judge.healthy.size), judge.straying(slow)
+        truth, arm = np.zeros(judge.healthy.size), slow.arm(judge.healthy)
         truth[at] = -0.25 * (begins[0] <= n < 15 or n >= begins[1])
-        block = judge.healthy.leaping(_told(judge.healthy, truth, at, LENGTH * n), slow.known)
-        bank = onsets.step(slow.bank, block, straying, judge.E, slow.waited > 0)
-        recall = slow.recall.after(block, judge.healthy, slow.known, straying)
+        block = arm.leaping(_told(judge.healthy, truth, at, LENGTH * n))
+        bank = onsets.step(slow.bank, block, arm.straying, judge.E, slow.waited > 0)
+        recall = slow.recall.after(block, arm)
         slow = judge.judged(replace(slow, bank=bank, recall=recall, found=()))
         book, new = ledger.changes(book, slow)
         book, slow = ledger.closed(book, slow)

@@ -9,6 +9,7 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose import friction
+from urdyn.diagnose.ailing import Ailing
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.moment import averaged
 from urdyn.diagnose.recall import Recall
@@ -116,8 +117,8 @@ def test_what_began_before_all_that_is_remembered_is_told_beside_the_first_day(s
     """What was believed by then had followed it."""
     healthy = shop.diagnosis(shop.log(seconds=2.0)).slow.healthy
     x, P = healthy.first
-    recall = Recall(300.0, x + 0.05, P)
+    recall, arm = Recall(300.0, x + 0.05, P), Ailing(healthy, (), np.ones(6))
     for onset, off in ((100.0, 0.0), (400.0, 0.05)):
         fault = Fault(0, onset, onset, 600.0, 0.1)
-        was, _ = recall.before(fault, healthy, (), healthy.straying)
+        was, _ = recall.before(fault, arm)
         np.testing.assert_array_equal(was, x + off)

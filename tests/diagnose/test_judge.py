@@ -9,6 +9,7 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose import Diagnosis, onsets
+from urdyn.diagnose.ailing import Ailing
 from urdyn.diagnose.change import Push
 from urdyn.diagnose.explain import Explanation, _began, gathered, ratios
 from urdyn.diagnose.fault import Fault
@@ -124,9 +125,10 @@ def test_friction_that_one_term_names_may_have_grown_in_each(shop: Shop) -> None
         if (s.kind.name, s.joint) == (name, 2)
     ]
     _, P = healthy.first
-    part, whole = (healthy.opened(P, (fault,), 20.0) for fault in told)
+    arms = [Ailing(healthy, (fault,), np.ones(6)) for fault in told]
+    part, whole = (arm.opened(P, 20.0) for arm in arms)
     assert np.array_equal(part, whole) and not np.array_equal(part, P)
-    part, whole = (healthy.loosened((fault,), np.ones(6)).walk for fault in told)
+    part, whole = (arm.straying.walk for arm in arms)
     assert np.array_equal(part, whole) and not np.array_equal(part, healthy.straying.walk)
 
 

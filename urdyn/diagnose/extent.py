@@ -38,8 +38,7 @@ class Extent:
         Blocks that it divides are left out: they say nothing of it.
         """
         fault = next(fault for fault in state.known if fault.suspect == k)
-        straying = self.healthy.loosened(state.known, state.learnt.steadiness.share)
-        course = state.recall.course(self.healthy, state.known, straying)
+        course = state.recall.course(state.arm(self.healthy))
         told = ((block.middle, x, P) for block, x, P in course if not fault.divides(block))
         return self._sizes(state, fault, told)
 
@@ -64,12 +63,15 @@ class Extent:
                 told[fault.suspect] = friction.apart(now, fault.was, first)
         return told
 
-    def with_before(self, state: SlowState, fault: Fault, known: tuple[Fault, ...]) -> Fault:
-        """With the belief about its joint's friction before, if it is a friction fault."""
+    def with_before(self, state: SlowState, fault: Fault) -> Fault:
+        """With the belief about its joint's friction before, if it is a friction fault.
+
+        Args:
+            state: that knows the other faults alone.
+        """
         if not self.of.each[fault.suspect].kind.of_friction:
             return fault
-        straying = self.healthy.loosened(known, state.learnt.steadiness.share)
-        x, P = state.recall.before(fault, self.healthy, known, straying)
+        x, P = state.recall.before(fault, state.arm(self.healthy))
         return replace(fault, was=self._friction(x, P, fault))
 
     def measured(self, k: int) -> int:

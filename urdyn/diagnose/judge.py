@@ -15,7 +15,7 @@ from urdyn.diagnose.explain import Explanation, explanation, gathered, ratios, s
 from urdyn.diagnose.extent import Extent
 from urdyn.diagnose.fault import Fault, known_by
 from urdyn.diagnose.healthy import Healthy
-from urdyn.diagnose.onsets import Bank, Straying
+from urdyn.diagnose.onsets import Bank
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rules import PAYLOAD_STATES
 from urdyn.diagnose.slow_state import SlowState
@@ -45,10 +45,6 @@ class Judge:
     def E(self) -> Array:
         """Directions of all suspects, (N, p)."""
         return self.of.directions(self.healthy.size)
-
-    def straying(self, state: SlowState) -> Straying:
-        """How far the arm strays, given the known faults."""
-        return self.healthy.loosened(state.known, state.learnt.steadiness.share)
 
     @cached_property
     def extent(self) -> Extent:
@@ -112,7 +108,7 @@ class Judge:
         """
         if recall.blocks == state.recall.blocks:
             return ()
-        bank = recall.again(self.healthy, state.known, self.straying(state), self.E)
+        bank = recall.again(state.arm(self.healthy), self.E)
         evidence = gathered(bank, ratios(bank, self.of))
         evidence[list(state.suspects)] = -np.inf
         return tuple(np.exp(evidence - logsumexp(evidence)).tolist())
@@ -137,9 +133,9 @@ class Judge:
         change = alarm.change()
         if any(self._ends(state, alarm, fault) for fault in state.passed):
             return replace(state, passed=_latest(state.passed, (known_by(change),)), waited=0)
-        after = replace(state, found=(*state.found, change), waited=0)
         rest = tuple(f for f in state.known if not self.of.each[f.suspect].part_of(suspect))
-        fault = self.extent.with_before(after, known_by(change), rest)
+        after = replace(state, found=(*state.found, change), known=rest, waited=0)
+        fault = self.extent.with_before(after, known_by(change))
         after = self.knowing(after, (*rest, fault))
         again = any(f.suspect == alarm.suspect for f in state.passed)
         if again and self._nothing(after, fault):  # it is still what was retracted
@@ -161,8 +157,7 @@ class Judge:
     def knowing(self, state: SlowState, known: tuple[Fault, ...]) -> SlowState:
         """With these suspects found, and the bank recomputed given them."""
         state = replace(state, known=known)
-        bank = state.recall.again(self.healthy, known, self.straying(state), self.E)
-        return replace(state, bank=bank)
+        return replace(state, bank=state.recall.again(state.arm(self.healthy), self.E))
 
     def _explained(self, state: SlowState) -> SlowState:
         """Without findings that other findings or later blocks show to be no faults."""

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.diagnose import onsets
+from urdyn.diagnose.ailing import Ailing
 from urdyn.diagnose.fault import Fault
-from urdyn.diagnose.healthy import Healthy
-from urdyn.diagnose.onsets import Bank, Block, Straying
+from urdyn.diagnose.onsets import Bank, Block
 from urdyn.types import Array
 
 KEPT = 48  # blocks
@@ -28,15 +28,13 @@ class Recall:
     P: Array  # (N, N)
     blocks: tuple[Block, ...] = ()
 
-    def after(
-        self, block: Block, healthy: Healthy, known: Sequence[Fault], straying: Straying
-    ) -> Recall:
+    def after(self, block: Block, arm: Ailing) -> Recall:
         """Add one block; drop the oldest where there are too many."""
         first, *others = (*self.blocks, block)
         if len(others) < KEPT:
             return replace(self, blocks=(first, *others))
-        first = healthy.leaping(first, known)
-        return Recall(*onsets.followed(self.t, self.x, self.P, first, straying), tuple(others))
+        first = arm.leaping(first)
+        return Recall(*onsets.followed(self.t, self.x, self.P, first, arm.straying), tuple(others))
 
     def until(self, t: float) -> Recall:
         """Drop the blocks that end after `t` [s]."""
@@ -56,37 +54,33 @@ class Recall:
         blocks = (b.bearing(more, since <= b.begin < until) for b in self.blocks)
         return replace(self, blocks=tuple(blocks))
 
-    def again(self, healthy: Healthy, known: Sequence[Fault], straying: Straying, E: Array) -> Bank:
+    def again(self, arm: Ailing, E: Array) -> Bank:
         """The bank of these blocks, in which the known faults may have changed the states."""
-        bank = onsets.first(self.x, healthy.opened(self.P, known, self.t), E.shape[1], self.t)
+        bank = onsets.first(self.x, arm.opened(self.P, self.t), E.shape[1], self.t)
         for block in self.blocks:
-            bank = onsets.step(bank, healthy.leaping(block, known), straying, E)
+            bank = onsets.step(bank, arm.leaping(block), arm.straying, E)
         return bank
 
-    def course(
-        self, healthy: Healthy, known: Sequence[Fault], straying: Straying
-    ) -> Iterator[tuple[Block, Array, Array]]:
+    def course(self, arm: Ailing) -> Iterator[tuple[Block, Array, Array]]:
         """Each block, and the belief about the states after it, (N,) and (N, N)."""
-        t, x, P = self.t, self.x, healthy.opened(self.P, known, self.t)
+        t, x, P = self.t, self.x, arm.opened(self.P, self.t)
         for block in self.blocks:
-            t, x, P = onsets.followed(t, x, P, healthy.leaping(block, known), straying)
+            t, x, P = onsets.followed(t, x, P, arm.leaping(block), arm.straying)
             yield block, x, P
 
-    def before(
-        self, fault: Fault, healthy: Healthy, known: Sequence[Fault], straying: Straying
-    ) -> tuple[Array, Array]:
+    def before(self, fault: Fault, arm: Ailing) -> tuple[Array, Array]:
         """The belief about the states, (N,) and (N, N), before a fault could be seen.
 
         If the fault began before the first block, the belief there may have followed it for long:
         then only the first day's is known.
 
         Args:
-            known: the other faults.
+            arm: with the other faults.
         """
         if fault.onset_lo < self.t:
-            return healthy.first
-        last = self.x, healthy.opened(self.P, known, self.t)
-        for block, x, P in self.course(healthy, known, straying):
+            return arm.healthy.first
+        last = self.x, arm.opened(self.P, self.t)
+        for block, x, P in self.course(arm):
             if not fault.unseen_in(block):
                 break
             last = x, P

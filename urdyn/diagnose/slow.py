@@ -180,7 +180,7 @@ class Slow:
             other: the moment may be of another program.
         """
         x, P = self.healthy.now(bank, pool.warm)
-        straying = self.judge.straying(state).window[: self.space.size]
+        straying = state.arm(self.healthy).straying.window[: self.space.size]
         var = self.learning.window(state.learnt, pool.A) ** 2
         return x, P + np.diag(var + other * onsets.between_programs(straying) ** 2)
 
@@ -199,8 +199,7 @@ class Slow:
         last, now = recall.blocks[-1].end if recall.blocks else recall.t, state.bank.t
         known = tuple(f if f.onset_hi < last else f.by(now) for f in state.known)
         state = replace(state, known=known)
-        straying, E = self.judge.straying(state), self.judge.E
-        bank = recall.again(self.healthy, state.known, straying, E)
+        bank = recall.again(state.arm(self.healthy), self.judge.E)
         return replace(state, bank=bank, recall=recall)
 
     def _gather(self, state: SlowState) -> SlowState:
@@ -208,7 +207,7 @@ class Slow:
         if begun.moments and onsets.another(begun.end, state.waiting[0].begin):
             state = self._block(state)
         ripe, *waiting = state.waiting
-        bank = self.healthy.informed(state.before[0], state.bank, state.known)
+        bank = state.arm(self.healthy).informed(state.before[0], state.bank)
         before = self._belief(state, bank, ripe.pool, True)
         carrying, pool = self.loads.ripened(state.carrying, ripe, before)
         state = replace(state, carrying=carrying, waiting=tuple(waiting))
@@ -230,7 +229,7 @@ class Slow:
         return self._block(state) if whole else state
 
     def _block(self, state: SlowState) -> SlowState:
-        gathering, straying = state.gathering, self.judge.straying(state)
+        gathering, arm = state.gathering, state.arm(self.healthy)
         warm = gathering.warmth
         belief = self.healthy.now(state.bank, warm)
         supposed = self.healthy.now(self.judge.supposed(state), warm)
@@ -240,15 +239,14 @@ class Slow:
             usual = gathering.unladen
             bare = self._block_of(state, usual.A, usual.b, np.zeros_like(hidden))
             block = replace(block, unladen=bare)
-        block = self.healthy.leaping(block, state.known)
-        learnt = self.learning.after(
-            state.learnt, gathering.A, gathering.b, supposed, straying.window
-        )
+        block = arm.leaping(block)
+        window = arm.straying.window
+        learnt = self.learning.after(state.learnt, gathering.A, gathering.b, supposed, window)
         state = replace(
             state,
-            bank=onsets.step(state.bank, block, straying, self.judge.E, state.waited > 0),
+            bank=onsets.step(state.bank, block, arm.straying, self.judge.E, state.waited > 0),
             heard=(*state.heard, LearntBy(block.end, learnt))[-HEARD:],
-            recall=state.recall.after(block, self.healthy, state.known, straying),
+            recall=state.recall.after(block, arm),
         )
         judged = self._retold(self.judge.judged(self._between(state)))
         if judged.known == state.known:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from urdyn.diagnose.ailing import Ailing
 from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.gathering import Gathering
+from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.onsets import Bank
 from urdyn.diagnose.recall import Recall
@@ -47,6 +49,10 @@ class SlowState:
     def learnt(self) -> Learnt:
         """What was learnt of a healthy arm's noise."""
         return self.heard[-1].learnt
+
+    def arm(self, healthy: Healthy) -> Ailing:
+        """The arm with the faults known by now, as steady as it was learnt to be."""
+        return Ailing(healthy, self.known, self.learnt.steadiness.share)
 
     def unheard(self, t: float) -> SlowState:
         """With what had been learnt by the blocks up to `t` [s], or by the oldest known."""
