@@ -21,9 +21,9 @@ def text(value: object) -> Html:
     return Html(escape(str(value)))
 
 
-def join(parts: Iterable[Html], between: str = "\n") -> Html:
+def join(parts: Iterable[Html]) -> Html:
     """Parts one after the other."""
-    return Html(escape(between).join(parts))
+    return Html("\n".join(parts))
 
 
 def tag(name: str, *parts: Html, kind: str = "") -> Html:
