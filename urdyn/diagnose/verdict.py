@@ -37,19 +37,6 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         _, size, sd = told[-1]
         per = size / change.size
     rate, rate_sd = change.rate * per, change.rate_sd * abs(per)
-    evidence: dict[str, Any] = {
-        "statistic": "log-likelihood ratio beside the healthy arm, over onsets and shapes",
-        "nats": None if np.isnan(change.evidence) else change.evidence,
-        "rate_per_s": rate,
-        "rate_sd": rate_sd,
-        "rivals": [
-            {"kind": of.each[k].kind.name, "joint": of.each[k].joint, "share": share}
-            for k, share in change.rivals
-        ],
-        "series": _series(_read(suspect, trace)),
-    }
-    if change.detail:
-        evidence |= _payload(change.detail)
     name, onset = _name(suspect, space), change.onset
     unsure = _unsure(suspect, size, sd)
     text = _said(kind, name, size, unsure, _since(onset, change.began, change.older))
@@ -70,9 +57,27 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         unit=kind.unit,
         text=text + _likewise(kind),
         advice=kind.advice,
-        evidence=evidence,
+        evidence=_evidence(change, of, rate, rate_sd, _read(suspect, trace)),
         older=change.older,
     )
+
+
+def _evidence(
+    change: Change, of: Suspects, rate: float, rate_sd: float, series: Series
+) -> dict[str, Any]:
+    """What speaks for a change, and against it; its rate and course as reported."""
+    told = {
+        "statistic": "log-likelihood ratio beside the healthy arm, over onsets and shapes",
+        "nats": None if np.isnan(change.evidence) else change.evidence,
+        "rate_per_s": rate,
+        "rate_sd": rate_sd,
+        "rivals": [
+            {"kind": of.each[k].kind.name, "joint": of.each[k].joint, "share": share}
+            for k, share in change.rivals
+        ],
+        "series": _series(series),
+    }
+    return told | _payload(change.detail) if change.detail else told
 
 
 def risen(findings: Sequence[Finding], now: Sequence[Finding]) -> list[Finding]:
