@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, count
+from typing import NamedTuple
 
 import numpy as np
 
@@ -61,8 +62,13 @@ class Run:
     payload: PayloadPrior | None = None
 
 
-# Motions, each with the arm as loaded in it, the index of its payload and its band.
-Loaded = list[tuple[Motion, Dynamics, int | None, Band]]
+class Laden(NamedTuple):
+    """A run's motion, with the arm as loaded in it."""
+
+    motion: Motion
+    point: Dynamics
+    payload: int | None  # index among the unknowns' payloads; None: none
+    band: Band  # in which currents are compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,13 +90,13 @@ class State:
         object.__setattr__(self, "point", point)
         object.__setattr__(self, "payloads", payloads)
 
-    def loaded(self, runs: Sequence[Run]) -> Loaded:
-        """Every run's motion, the arm as loaded in it, the index of its payload and its band."""
+    def loaded(self, runs: Sequence[Run]) -> list[Laden]:
+        """Every run with its load."""
         arms = [replace(self.point, payload=self.point.payload + own) for own in self.payloads]
-        index, found = count(), Loaded()
+        index, found = count(), list[Laden]()
         for run, band in zip(runs, self.bands, strict=True):
             k = next(index) if run.payload else None
-            found.append((run.motion, self.point if k is None else arms[k], k, band))
+            found.append(Laden(run.motion, self.point if k is None else arms[k], k, band))
         return found
 
 
@@ -166,7 +172,7 @@ def _of_each(rates: Sequence[int], of: Callable[[int], V]) -> tuple[V, ...]:
     return tuple(each[rate] for rate in rates)
 
 
-def _of_rate(state: State, runs: Sequence[Run], rate: int) -> Loaded:
+def _of_rate(state: State, runs: Sequence[Run], rate: int) -> list[Laden]:
     """The runs with one of the rates."""
     pairs = zip(state.loaded(runs), _rates(runs), strict=True)
     return [one for one, its in pairs if its == rate]
@@ -186,34 +192,33 @@ def _rates(runs: Sequence[Run]) -> list[int]:
     return rates.tolist()
 
 
-def _noise(state: State, loaded: Loaded, plain: bool = False, apart: bool = True) -> Noise:
-    """Noise of the point's residuals in motions of one rate; `apart`: near reversals separately."""
-    left = _joint_by_joint(residuals(point, motion, band) for motion, point, _, band in loaded)
-    step = float(np.mean([median_step(motion.t) * band.every for motion, *_, band in loaded]))
+def _noise(state: State, loaded: Sequence[Laden], plain: bool = False, apart: bool = True) -> Noise:
+    """Noise of the point's residuals in runs of one rate; `apart`: near reversals separately."""
+    left = _joint_by_joint(residuals(run.point, run.motion, run.band) for run in loaded)
+    step = float(np.mean([median_step(run.motion.t) * run.band.every for run in loaded]))
     usual, near = typical_noise(state.point.arm, step), _turnings(loaded) if apart else None
     if plain:
         return white_noise(left, step, usual, near)
     return fit_noise(left, step, usual, _absorbed(state, loaded), near)
 
 
-def _turnings(loaded: Loaded) -> list[list[Mask]]:
+def _turnings(loaded: Sequence[Laden]) -> list[list[Mask]]:
     """Which rows of the residuals are near a reversal."""
-    return _joint_by_joint(turnings(point, motion, band) for motion, point, _, band in loaded)
+    return _joint_by_joint(turnings(run.point, run.motion, run.band) for run in loaded)
 
 
-def _absorbed(state: State, loaded: Loaded) -> list[list[Array]] | None:
+def _absorbed(state: State, loaded: Sequence[Laden]) -> list[list[Array]] | None:
     """Noise absorbed by the last step's fit, as periodograms; None: no covariance yet."""
     if state.cov is None:
         return None
     belief, joints = Gaussian(state.z, state.cov), range(state.point.arm.joints)
 
-    def of_run(
-        motion: Motion, point: Dynamics, payload: int | None, band: Band
-    ) -> list[list[Array]]:
-        roots = coefficient_roots(state.unknowns, [(j, payload) for j in joints], point, belief)
-        return absorbed_periodograms(point, motion, roots, band)
+    def of_run(run: Laden) -> list[list[Array]]:
+        places = [(j, run.payload) for j in joints]
+        roots = coefficient_roots(state.unknowns, places, run.point, belief)
+        return absorbed_periodograms(run.point, run.motion, roots, run.band)
 
-    return _joint_by_joint(of_run(*one) for one in loaded)
+    return _joint_by_joint(map(of_run, loaded))
 
 
 def _joint_by_joint(runs: Iterable[list[list[V]]]) -> list[list[V]]:
@@ -224,10 +229,8 @@ def _joint_by_joint(runs: Iterable[list[list[V]]]) -> list[list[V]]:
 def _blocks(state: State, runs: Sequence[Run]) -> list[Compressed]:
     return [
         block
-        for (motion, point, payload, band), noise in zip(
-            state.loaded(runs), state.noises, strict=True
-        )
-        for block in compress(point, motion, noise, payload, band)
+        for run, noise in zip(state.loaded(runs), state.noises, strict=True)
+        for block in compress(run.point, run.motion, noise, run.payload, run.band)
     ]
 
 
@@ -269,8 +272,8 @@ def _align(state: State, runs: Sequence[Run]) -> State:
 def _misfit(state: State, runs: Sequence[Run]) -> float:
     """Squared residuals of all joints, each in units of its noise."""
     total = 0.0
-    for (motion, point, _, band), noise in zip(state.loaded(runs), state.noises, strict=True):
-        for joint, stretches in enumerate(residuals(point, motion, band)):
+    for run, noise in zip(state.loaded(runs), state.noises, strict=True):
+        for joint, stretches in enumerate(residuals(run.point, run.motion, run.band)):
             total += sum(float(r @ r) for r in stretches) / noise.sd[joint] ** 2
     return total
 
