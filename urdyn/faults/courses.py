@@ -259,14 +259,14 @@ def _ahead(weight: Array, one: Courses, pace: Paces) -> Smooth:
     ahead = np.concatenate([np.where(power > 0.0, power, 1.0), straight, faster])
     hurried = np.concatenate([np.ones(len(power)), straight, FASTER * straight])
     return Smooth(
-        weight[each],
-        age[each],
-        lasts[each],
-        power[each],
-        haste[each] * hurried,
-        ahead,
-        (now * pace.mean[kept])[each],
-        (now * pace.sd[kept])[each],
+        weight=weight[each],
+        age=age[each],
+        lasts=lasts[each],
+        power=power[each],
+        haste=haste[each] * hurried,
+        ahead=ahead,
+        mean=(now * pace.mean[kept])[each],
+        sd=(now * pace.sd[kept])[each],
     )
 
 
@@ -309,12 +309,12 @@ def _walking(weight: Array, one: Walking, pace: Paces, sign: float) -> Wandering
     """The wandering ramps that count."""
     kept = weight > 0.0
     return Wandering(
-        weight[kept],
-        one.age[kept],
-        pace.mean[kept],
-        pace.sd[kept],
-        one.shape[kept],
-        sign * one.off[kept],
-        one.var[kept],
-        one.walk[kept],
+        weight=weight[kept],
+        age=one.age[kept],
+        mean=pace.mean[kept],
+        sd=pace.sd[kept],
+        shape=one.shape[kept],
+        off=sign * one.off[kept],
+        var=one.var[kept],
+        walk=one.walk[kept],
     )

@@ -104,7 +104,15 @@ def learn_baseline(healthy: ArrayLike, inflation: float = INFLATION) -> Baseline
     level, spread, kappa, stride = np.array(learnt).T
     seen = (left - level) / spread
     return Baseline(
-        coefficients, level, spread, kappa, typical, stride, pace, seen, np.array(known)
+        coefficients=coefficients,
+        level=level,
+        spread=spread,
+        inflation=kappa,
+        typical=typical,
+        stride=stride,
+        pace=pace,
+        seen=seen,
+        steps=np.array(known),
     )
 
 
@@ -116,10 +124,18 @@ def stated_baseline(
     n = max(np.size(level), np.size(sd))
     centre = given(level, "level", streams=n)
     spread = given(sd, "sd", "positive numbers", positive, n)
-    one, none = np.ones(n), np.zeros((0, n))
-    kappa = np.full(n, inflation)
-    steps = np.full(n, ENOUGH)
-    return Baseline(np.zeros((n, 0)), centre, spread, kappa, centre, one, one, none, steps)
+    one = np.ones(n)
+    return Baseline(
+        coefficients=np.zeros((n, 0)),
+        level=centre,
+        spread=spread,
+        inflation=np.full(n, inflation),
+        typical=centre,
+        stride=one,
+        pace=one,
+        seen=np.zeros((0, n)),
+        steps=np.full(n, ENOUGH),
+    )
 
 
 def given_baseline(baseline: object) -> Baseline:
