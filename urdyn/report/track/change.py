@@ -103,16 +103,16 @@ def compare_track(series: Series, seen: bool = True, levels: Levels = LEVELS) ->
     moved = _moved(series)
     after = np.flatnonzero(~moved)[-1] + 1  # the first row never differs from itself
     return Change(
-        series.owner,
-        series.quantity,
-        series.unit,
-        float(series.mean[0]),
-        float(series.sd[0]),
-        float(series.mean[-1]),
-        float(series.sd[-1]),
-        float(series.t[after]) if moved[-1] else np.nan,
-        levels[series.quantity],
-        seen,
+        owner=series.owner,
+        quantity=series.quantity,
+        unit=series.unit,
+        then=float(series.mean[0]),
+        then_sd=float(series.sd[0]),
+        now=float(series.mean[-1]),
+        now_sd=float(series.sd[-1]),
+        since=float(series.t[after]) if moved[-1] else np.nan,
+        levels=levels[series.quantity],
+        seen=seen,
     )
 
 
