@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy.special import log_ndtr, ndtr, ndtri_exp
@@ -15,16 +14,23 @@ TINY, LARGE = 1e-100, 600.0  # [-] least growth; [nats] most growth
 PARTS = (np.arange(11.0) + 0.5) / 11.0  # [-] quantiles that represent a pace, or an onset
 
 
-class Paces(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Paces:
     """Gaussians truncated at zero, (C,) each."""
 
     mean: Array  # before truncation
     sd: Array
 
-    @property
+    @cached_property
     def cut(self) -> Array:
         """ln P(above zero) of the Gaussians, (C,)."""
         return np.asarray(log_ndtr(self.mean / self.sd))
+
+    def above(self, level: Array | float) -> Array:
+        """P(above a level of 0 or more), (C,)."""
+        # In logarithms: both may be tiny.
+        beyond = log_ndtr((self.mean - level) / self.sd) - self.cut
+        return np.asarray(np.exp(np.minimum(beyond, 0.0)))
 
     def quantiles(self, of: Array) -> Array:
         """Quantiles of each, (len(of), C)."""
@@ -60,14 +66,12 @@ class Smooth:
     def _above(self, level: float, times: Array) -> float:
         """P(the change, scaled by `times` (C,), is above a level), weighted."""
         there = times > TINY
-        least = level / np.where(there, times, 1.0)
-        # In logarithms: both may be tiny.
-        beyond = log_ndtr((self.mean - least) / self.sd) - self._cut
-        return float(self.weight @ np.where(there, np.exp(np.minimum(beyond, 0.0)), 0.0))
+        above = self._change.above(level / np.where(there, times, 1.0))
+        return float(self.weight @ np.where(there, above, 0.0))
 
     @cached_property
-    def _cut(self) -> Array:
-        return Paces(self.mean, self.sd).cut
+    def _change(self) -> Paces:
+        return Paces(self.mean, self.sd)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,14 +111,16 @@ class Wandering:
 
     def steeper(self, rate: float) -> float:
         """P(the rate is above `rate` >= 0 [spread/step]), weighted."""
-        paces = Paces(self.mean, self.sd)
-        beyond = log_ndtr((self.mean - rate) / self.sd) - paces.cut
-        return float(self.weight @ np.exp(np.minimum(beyond, 0.0)))
+        return float(self.weight @ self._truncated.above(rate))
+
+    @cached_property
+    def _truncated(self) -> Paces:
+        return Paces(self.mean, self.sd)
 
     @cached_property
     def _pace(self) -> Array:
         """Equally likely paces, (P, C) [spread/step]."""
-        return Paces(self.mean, self.sd).quantiles(PARTS)
+        return self._truncated.quantiles(PARTS)
 
     @cached_property
     def _now(self) -> Array:
