@@ -66,6 +66,12 @@ class Carrying:
         return not self.was and bool(self.unclaimed) and len(self.unclaimed) % FEW == 0
 
     @property
+    def loads(self) -> Array:
+        """Inertials that may be carried in addition, the likeliest first, (K, 10)."""
+        others = (mode for k, mode in enumerate(self.modes) if k != self.now)
+        return np.array([mode.mean for mode in (self.modes[self.now], *others)])
+
+    @property
     def absent(self) -> Array:
         """Time away in each mode, new ones included, (K,) [s]."""
         away = np.zeros(len(self.modes))

@@ -192,10 +192,7 @@ class Diagnosis:
 
     def _beat(self, state: State) -> tuple[State, list[Finding]]:
         beat = joined(state.beat)
-        carrying = state.slow.carrying
-        order = [carrying.now, *(k for k in range(len(carrying.modes)) if k != carrying.now)]
-        carried = np.array([carrying.modes[k].mean for k in order])
-        fast, events, untrue = self.fast.step(state.fast, beat, carried)
+        fast, events, untrue = self.fast.step(state.fast, beat, state.slow.carrying.loads)
         believed = replace(beat, settled=beat.settled & ~untrue)
         state = replace(state, fast=fast, beat=(), moment=(*state.moment, believed))
         if sick := [event.onset for event in events if _bends(event)]:
