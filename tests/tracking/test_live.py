@@ -1,7 +1,7 @@
 """A robot at work, tracked over RTDE; the controller is ours."""
 
-import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -135,8 +135,15 @@ def test_a_robot_that_hardly_sends_is_told_of():
 
 def test_a_live_run_that_is_ended_can_be_taken_up_again(workshop, controller, tmp_path):
     first = open_source(controller, rate=RATE)
-    threading.Thread(target=lambda: (time.sleep(2.0), first.close()), daemon=True).start()
-    ended = workshop.track(tmp_path, first)
+
+    def until(sample):
+        for k, arrival in enumerate(first.start(0)):
+            if k == sample:
+                first.close()
+            yield arrival
+
+    ended = workshop.track(tmp_path, replace(first, start=lambda _: until(200)))
+    assert ended["samples"] > 200
     source = open_source(controller, duration=0.5, rate=RATE)
     again = workshop.track(tmp_path, source)
     source.close()
