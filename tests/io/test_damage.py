@@ -256,6 +256,12 @@ REFUSED: dict[str, tuple[Break, str]] = {
             ("nanoseconds", 10**9, 1.6e3),  # as many as milliseconds since 1970
         )
     },
+    "dates in digits": (
+        lambda t: joined(
+            [t[0], *(f"202007141639{n:02},{r.split(',', 1)[1]}" for n, r in enumerate(t[1:]))]
+        ),
+        "log.csv:2: its stamps are dates, YYYYMMDDhhmmss, .* write them in s, .* --rate in Hz$",
+    ),
     "stamps of no clock": (
         lambda t: joined([t[0], *("9" * 30 + row for row in t[1:])]),
         "log.csv:2: 50 of 50 rows cannot be used: 50 x impossible stamp",

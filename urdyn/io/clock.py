@@ -39,6 +39,15 @@ def finer(t: Array) -> str:
     return next((unit for unit, by in UNITS.items() if least <= step / by < most), "")
 
 
+def dated(t: Array) -> bool:
+    """Whether stamps (N,) are dates, YYYYMMDDhhmmss: no count stays within such fields."""
+    if not ((t >= 1e13) & (t < 1e14)).all():
+        return False
+    month_to_second = t[:, None] // (1e8, 1e6, 1e4, 1e2, 1.0) % 100.0
+    possible = (month_to_second >= (1, 1, 0, 0, 0)) & (month_to_second <= (12, 31, 23, 59, 60))
+    return bool(possible.all())
+
+
 def elapsed(stamped: Array | float, waited: Array | float) -> Array:
     """Time between samples [s]: by their stamps, or by their arrival where a clock was set."""
     return np.where(np.abs(stamped - waited) > SET, waited, stamped)

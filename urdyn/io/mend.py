@@ -10,7 +10,7 @@ from urdyn.errors import LogError
 from urdyn.io import arm_clock, clock
 from urdyn.io.names import CLOCKS
 from urdyn.io.table import AS_NAN, LEFT_OUT, Table, merge
-from urdyn.types import STANDSTILL, Defect, Log, Mask, Source, frozen
+from urdyn.types import STANDSTILL, Array, Defect, Log, Mask, Source, frozen
 
 UNUSABLE = 0.2  # a log that lost a larger share of its rows is refused
 DISORDER = 0.1  # [-] of the steps, that go back: no clock is set so often
@@ -47,11 +47,23 @@ def mend(table: Table, source: Source) -> Log:
 def _without_strange_stamps(table: Table, source: Source) -> Table:
     """Rows whose stamp can be in seconds; LogError where they are in another unit."""
     table = _without(table, np.isnan(table.channels["timestamp"]), "row without a stamp")
-    if unit := clock.finer(table.channels["timestamp"]):
-        told = f"its stamps are {unit}; stamps are to be in s: divide them by"
-        line = int(table.line[0])
-        raise LogError(f"{told} {clock.UNITS[unit]:,.0f}", source.path, line, "timestamp")
-    return _without(table, ~clock.credible(table.channels["timestamp"]), "impossible stamp")
+    t = table.channels["timestamp"]
+    if len(t) and (told := _in_another_unit(t)):
+        raise LogError(told, source.path, int(table.line[0]), "timestamp")
+    return _without(table, ~clock.credible(t), "impossible stamp")
+
+
+def _in_another_unit(t: Array) -> str:
+    """What stamps (N,) are, and what to do; "" where they may be in seconds."""
+    if clock.dated(t):
+        return (
+            "its stamps are dates, YYYYMMDDhhmmss, of whole seconds; write them in s, or without "
+            "them say the --rate in Hz"
+        )
+    if unit := clock.finer(t):
+        by = clock.UNITS[unit]
+        return f"its stamps are {unit}; stamps are to be in s: divide them by {by:,.0f}"
+    return ""
 
 
 def _without_strays(table: Table, source: Source) -> Table:
