@@ -50,6 +50,13 @@ def test_half_an_arm_does_not_wear_out_before_its_first_sample(count: int, half:
     assert advice.startswith("make sure that this is this arm's twin before") == half
 
 
+def test_half_an_arm_is_another_though_its_sensors_go_wrong_together() -> None:
+    """They are warnings then."""
+    pulled = [replace(f, severity="warning", older=True) for f in ill("sensor_fault", 2)]
+    doubt, _, _ = told([*pulled, replace(FOUND, severity="critical", joint=4, older=True)])
+    assert doubt.startswith("3 of 6 joints are far from this twin")
+
+
 @pytest.mark.parametrize(("count", "most"), [(3, False), (4, True)])
 def test_what_sensors_of_most_joints_do_not_tell_was_lost_on_the_way(
     count: int, most: bool

@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 from test_recommendation import GROWING
 
+from urdyn.diagnose.ledger import entered
+from urdyn.diagnose.recommend import recommendation
 from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.trust import ALONE, in_company, trust
 from urdyn.errors import InputError
+from urdyn.faults import Costs
 
 
 def test_trust_is_what_was_right_once_enough_was_seen() -> None:
@@ -36,6 +39,25 @@ def test_of_many_findings_at_once_two_are_expected_to_be_right() -> None:
     assert [f.confidence for f in again] == [f.confidence for f in many] + [0.96]
     assert {f.evidence[ALONE] for f in again} == {0.96}
     assert all(told is had for told, had in zip(again, many, strict=False))  # a day has hundreds
+
+
+def test_a_current_sensor_that_goes_wrong_in_company_is_no_service_before_a_pull_is_ruled_out() -> (
+    None
+):
+    slow = replace(GROWING, severity="critical", kind="sensor_fault", evidence={"rivals": []})
+    bias, zero = replace(slow, id="bias"), replace(slow, id="zero", kind="encoder_offset")
+    gain, worn = replace(slow, id="gain"), replace(slow, id="worn", kind="friction_increase")
+    stuck = replace(slow, id="stuck", evidence={"mode": "stuck"})
+    for others in ([], [worn], [stuck], [replace(gain, gone=True)]):  # one sensor is at fault
+        assert {f.severity for f in entered((), [bias, *others])[0]} == {"critical"}
+    assert {f.severity for f in entered((), [zero, replace(zero, id="other")])[0]} == {"critical"}
+    told = {f.id: f for f in entered((), [bias, gain, zero, worn, stuck])[0]}
+    assert {name for name, f in told.items() if f.severity == "critical"} == {"worn", "stuck"}
+    assert {name for name, f in told.items() if "hose" in f.advice} == {"bias", "gain", "zero"}
+    retold = entered((bias, worn), [gain])[1]
+    assert {f.id: f.severity for f in retold} == {"bias": "warning", "gain": "warning"}
+    said = recommendation([told["bias"], told["gain"]], Costs())
+    assert said["advice"] == "never" and "hose" in said["text"]
 
 
 @pytest.mark.parametrize("counts", ["[3, 2]", "[1]", "[0.5, 1]", "7"])

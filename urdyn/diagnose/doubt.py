@@ -16,7 +16,8 @@ ANOTHER = (
 )
 FROM_THE_FIRST = (
     "{} of {} joints are far from this twin from the first sample on: it is another arm's, or out "
-    "of date, or currents are not in A; see to that before anything below"
+    "of date, or currents are not in A, or something pulls at the arm; see to that before anything "
+    "below"
 )
 LOSSY = (
     "sensors of {} of {} joints do not fall silent at once: the stream has lost their values; "
@@ -62,8 +63,12 @@ def _turned(findings: Findings) -> str:
 
 
 def _from_the_first(findings: Findings, joints: int) -> str:
-    """The text where at least half of the joints were beyond every level from the start; or ""."""
-    ill = {f["joint"] for f in findings if f.get("older") and f["severity"] == "critical"}
+    """The text where at least half of the joints were beyond every level from the start; or "".
+
+    Sensors that fail together are reduced to warnings.
+    """
+    grave = (f for f in findings if f["severity"] == "critical" or f["kind"] == "sensor_fault")
+    ill = {f["joint"] for f in grave if f.get("older")}
     return FROM_THE_FIRST.format(len(ill), joints) if ill and 2 * len(ill) >= joints else ""
 
 

@@ -27,6 +27,11 @@ class Evidence:
         return self.said.get("mode")
 
     @property
+    def slow(self) -> bool:
+        """Whether it is of a slow kind, which has rivals, not of a test of its own."""
+        return "rivals" in self.said
+
+    @property
     def of_encoder(self) -> bool:
         """Whether the sensor in question is the encoder, not that of the current."""
         return self.mode in (None, ENCODER)

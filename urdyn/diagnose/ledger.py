@@ -17,6 +17,7 @@ from urdyn.diagnose.explained import unexplained
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.judge import Judge
 from urdyn.diagnose.lossy import of_the_stream
+from urdyn.diagnose.pulled import of_a_pull
 from urdyn.diagnose.recall import Level
 from urdyn.diagnose.recurring import Recurred, unjolted
 from urdyn.diagnose.rules import JUMPS, Rules
@@ -100,7 +101,7 @@ class Ledger:
         told = up_to_date(
             book.findings, known, book.series, self.space, book.upto, extent.strays(slow)
         )
-        return apart(told, known, extent.terms(slow), self.space)
+        return of_a_pull(apart(told, known, extent.terms(slow), self.space))
 
     def _new(self, book: Book, slow: SlowState) -> tuple[Book, list[Finding]]:
         """Add the changes that this step has settled."""
@@ -164,7 +165,7 @@ def finding_of(event: Event, book: Findings, space: Space, rules: Rules) -> Find
 
 
 def entered(book: Findings, new: Sequence[Finding]) -> tuple[Findings, list[Finding]]:
-    """The book with new findings, and those as entered.
+    """The book with new findings, and those as entered, with others whose severity they change.
 
     One of a known name is replaced, and keeps its alarm, unless it was gone. One that shows again,
     such as a sensor stuck while its joint stood still, keeps its first onset.
@@ -183,9 +184,9 @@ def entered(book: Findings, new: Sequence[Finding]) -> tuple[Findings, list[Find
                 alarm_s=old.alarm_s,
             )
         findings[finding.id] = finding
-    told = tuple(of_the_stream(in_company(tuple(findings.values()))))
-    ids = {finding.id for finding in new}
-    return told, [finding for finding in told if finding.id in ids]
+    told = tuple(of_a_pull(of_the_stream(in_company(tuple(findings.values())))))
+    ids, before = {finding.id for finding in new}, {old.id: old.severity for old in book}
+    return told, [f for f in told if f.id in ids or f.severity != before[f.id]]
 
 
 def to_be_told(before: Findings, found: Sequence[Finding]) -> list[Finding]:
