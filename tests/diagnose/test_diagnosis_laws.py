@@ -13,7 +13,9 @@ import pytest
 from found import FOUND
 from scipy.stats import norm
 from shop import Shop
+from typer.testing import CliRunner
 
+from urdyn.cli.app import app
 from urdyn.diagnose import memory, rules
 from urdyn.diagnose.acknowledge import WORSE, Acknowledged, acknowledge, acknowledged, forget_gone
 from urdyn.diagnose.carrying import MOMENT
@@ -408,6 +410,20 @@ def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_pa
     assert tuesday.write()["findings"][0]["acknowledged"] and not tuesday.untold([kept])
     Session(replace(session.job, index=0)).finish()  # and of one that did not: repaired, maybe
     assert not acknowledged(tmp_path).quiets(kept)
+
+
+def test_pushes_on_one_link_are_acknowledged_together(tmp_path: Path) -> None:
+    ids = [f"collision.{at}" for at in ("tool0@2.7", "tool0@13.5", "tool0_plate@6.3")]
+    pushes = [replace(FOUND, id=name, kind="collision", name=name.split("@")[0]) for name in ids]
+    document = findings_document(pushes, ("a", "b", "c"), [True] * 3, (), {}, {}, read_rules())
+    (tmp_path / "findings.json").write_text(json.dumps(document))
+    with pytest.raises(InputError, match=r"no finding 'collision.tool'; there is collision.tool0@"):
+        acknowledge(tmp_path, "collision.tool")
+    done = CliRunner().invoke(app, ["acknowledge", str(tmp_path), "collision.tool0"])
+    assert done.output == "collision.tool0: acknowledged at warning, 2 findings\n"
+    told = json.loads((tmp_path / "findings.json").read_text())["findings"]
+    assert [f["acknowledged"] for f in told] == [True, True, False]
+    assert list(acknowledged(tmp_path).seen) == ids[:2]
 
 
 def test_what_was_acknowledged_is_not_told_again_by_chance() -> None:

@@ -45,6 +45,17 @@ def test_what_needs_no_service_is_to_be_looked_at_all_the_same():
     assert advice()["text"] == "leave it at work: nothing was found"
 
 
+def test_pushes_that_recur_are_asked_whether_they_are_the_work():
+    """Until somebody has said so."""
+    push = replace(STEADY, kind="collision", name="tool0", advice="look at it")
+    first, *others = (replace(push, id=f"collision.tool0@{t}", onset_s=t) for t in (3.0, 9.0, 18.0))
+    elsewhere = replace(push, id="collision.wrist", name="wrist")
+    assert advice(first, others[0], elsewhere)["text"].endswith("tool0, wrist: look at it")
+    told = advice(first, elsewhere, *others)["text"]
+    assert "look at it; 3 pushes on tool0, every 7.5 s or so: if that is the work" in told
+    assert "pushes on" not in advice(replace(first, acknowledged=True), *others)["text"]
+
+
 def test_nothing_found_is_no_health_where_too_little_was_seen():
     some, none = ({"elbow": False, "wrist": seen} for seen in (True, False))
     told = recommendation((), Costs(), some)["text"]

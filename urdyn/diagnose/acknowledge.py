@@ -53,8 +53,11 @@ def as_set(findings: Sequence[Finding]) -> list[Finding]:
     ]
 
 
-def acknowledge(folder: Path, name: str) -> Mapping[str, Any]:
-    """Mark a finding of DIR/findings.json as seen, as tracking again would; returns it.
+def acknowledge(folder: Path, name: str) -> list[Mapping[str, Any]]:
+    """Mark findings of DIR/findings.json as seen, as tracking again would; returns them.
+
+    Args:
+        name: the id of one, or that of several without their stamps, "@" and what follows it.
 
     Raises:
         InputError: there is no such finding, or no findings at all, or they are damaged.
@@ -63,19 +66,20 @@ def acknowledge(folder: Path, name: str) -> Mapping[str, Any]:
     found = document.get("findings") if isinstance(document, dict) else None
     each = found if isinstance(found, list) else []
     findings = {f["id"]: f for f in each if isinstance(f, dict) and isinstance(f.get("id"), str)}
-    if name not in findings:
+    named = {key: f for key, f in findings.items() if name in (key, key.partition("@")[0])}
+    if not named:
         there = ", ".join(findings) or "none"
         raise InputError(f"{folder}: has no finding {name!r}; there is {there}")
-    finding = findings[name]
-    seen = dict(acknowledged(folder).seen)
-    seen[name] = {"severity": finding.get("severity"), "size": finding.get("size")}
+    new = {key: {"severity": f.get("severity"), "size": f.get("size")} for key, f in named.items()}
+    seen = {**acknowledged(folder).seen, **new}
     if not _right(seen):
         raise InputError(
             f"{folder / FINDINGS}: does not say how bad {name} is; track the log again"
         )
     try:
         before = _advised(document)
-        finding["acknowledged"] = True
+        for finding in named.values():
+            finding["acknowledged"] = True
         said = document["recommendation"]
         said["text"] = said["text"].replace(before, _advised(document))  # the text before it stays
     except (*DAMAGE, StopIteration) as error:
@@ -87,7 +91,7 @@ def acknowledge(folder: Path, name: str) -> Mapping[str, Any]:
         told.write(json.dumps(document, indent=2).encode() + b"\n")
         known.flush()
         told.flush()
-    return finding
+    return list(named.values())
 
 
 def _advised(document: Mapping[str, Any]) -> str:

@@ -11,9 +11,11 @@ import numpy as np
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.trust import PASSING
 from urdyn.faults.decision import Costs, Decision, decide, outlook
-from urdyn.io.run_folder import SEVERITIES, quiet
+from urdyn.io.run_folder import PUSH, SEVERITIES, quiet
+from urdyn.report.digits import number
 from urdyn.types import Array
 
+OFTEN = 3  # pushes on one link, after which the next may be expected, too
 SOON = 1e-3  # [h] until what is beyond its critical level is assumed to end the work
 HOUR = 3600.0  # [s]
 
@@ -142,7 +144,21 @@ def _no_service(
         return f"{due}: all that was found is known, or gone by now"
     gravest = max(fresh, key=lambda f: (SEVERITIES.index(f["severity"]), f["alarm_s"]))
     alike = dict.fromkeys(f["name"] for f in fresh if f["advice"] == gravest["advice"])
-    return f"{due}; {', '.join(alike)}: {gravest['advice']}"
+    return f"{due}; {', '.join(alike)}: {gravest['advice']}{_recurring(fresh)}"
+
+
+def _recurring(fresh: Sequence[Mapping[str, Any]]) -> str:
+    """How often a link was pushed, and what to do where the work does that; "" if seldom."""
+    onsets = dict[str, list[float]]()
+    for push in (f for f in fresh if f["kind"] == PUSH):
+        onsets.setdefault(push["name"], []).append(push["onset_s"])
+    name, times = max(onsets.items(), key=lambda of: len(of[1]), default=("", []))
+    if len(times) < OFTEN:
+        return ""
+    return (
+        f"; {len(times)} pushes on {name}, every {number(np.median(np.diff(sorted(times))))} s or "
+        "so: if that is the work, raise `least` and `warning` of [kind.collision] in the rules"
+    )
 
 
 def _weighed(cost: Mapping[str, float]) -> str:
