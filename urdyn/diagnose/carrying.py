@@ -67,7 +67,7 @@ class Carrying:
 
     @property
     def loads(self) -> Array:
-        """Inertials that may be carried in addition, the likeliest first, (K, 10)."""
+        """Inertials that may be carried in addition, those of now first, (K, 10)."""
         others = (mode for k, mode in enumerate(self.modes) if k != self.now)
         return np.array([mode.mean for mode in (self.modes[self.now], *others)])
 

@@ -57,13 +57,13 @@ class Scaling:
 
     def apply(self, log: Log) -> Log:
         """The log in scaled, unitless channels."""
-        known = log.channels.keys() & self.scale.keys()
+        known = [n for n in log.channels if n in self.scale]
         scaled = {n: (log.channels[n] - self.centre[n]) / self.scale[n] for n in known}
         return replace(log, channels={**log.channels, **scaled})
 
     def invert(self, log: Log) -> Log:
         """The log in its channels' own units again."""
-        known = log.channels.keys() & self.scale.keys()
+        known = [n for n in log.channels if n in self.scale]
         plain = {n: log.channels[n] * self.scale[n] + self.centre[n] for n in known}
         return replace(log, channels={**log.channels, **plain})
 
