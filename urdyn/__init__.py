@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from urdyn.io import Effort, read, write
     from urdyn.io.poses import read_poses
     from urdyn.model.arm import load_arm
-    from urdyn.signal import condition
+    from urdyn.signal import condition, in_contact
     from urdyn.simulate import simulate
     from urdyn.tracking.offline import track
     from urdyn.twin import Twin
@@ -50,6 +50,7 @@ __all__ = [
     "condition",
     "diagnose",
     "identify",
+    "in_contact",
     "load_arm",
     "read",
     "read_poses",
@@ -67,7 +68,7 @@ _HOMES = {
     "urdyn.identify": ("Fit", "PayloadPrior", "Run", "validate"),
     "urdyn.io": ("Effort", "read", "write"),
     "urdyn.model.arm": ("load_arm",),
-    "urdyn.signal": ("condition",),
+    "urdyn.signal": ("condition", "in_contact"),
     "urdyn.tracking.offline": ("track",),
     "urdyn.twin": ("Twin",),
     "urdyn.types": ("Gaussian", "Log", "Motion", "Parameters"),

@@ -143,6 +143,9 @@ BROKEN: dict[str, tuple[str, Text | None]] = {
     "validated log too short": ("validate {twin} {tmp}/x", log(lambda rows: rows[:100])),
     "validated rows reversed": ("validate {twin} {log} --rows 9:3", None),
     "validation into a file": ("validate {twin} {log} --out {tmp}/x", literally("mine")),
+    "validated contact of no channel": ("validate {twin} {log} --contact tool_works", None),
+    "validated contact of six": ("validate {twin} {log} --contact actual_q:1", None),
+    "validated contact of no bit": ("validate {twin} {log} --contact bits:x", None),
     # campaigns
     "campaign absent": ("identify {tmp}/none.toml", None),
     "campaign no TOML": ("identify {tmp}/x.toml", literally("robot = \n")),
@@ -162,6 +165,7 @@ BROKEN: dict[str, tuple[str, Text | None]] = {
         "identify {tmp}/x.toml",
         literally('drive_gain = ["strong"]\n' + CAMPAIGN),
     ),
+    "campaign's contact a bit": ("identify {tmp}/x.toml", literally("contact = 3\n" + CAMPAIGN)),
     "campaign's variable unset": (
         "identify {tmp}/x.toml",
         literally(CAMPAIGN.replace("run.csv", "${URDYN_NOWHERE}/run.csv")),

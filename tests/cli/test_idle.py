@@ -48,7 +48,8 @@ IDLE = [
       for option in ("--robot ur5e", "--drive-gain 1,1,1,1,1,1")),
     ("convert run.csv run.mcap --effort-unit Nm --drive-gain 1,1,1,1,1,1", "--robot ur5e", "with"),
     *(("identify virtual.toml", option, "where the campaign simulates")
-      for option in ("--rows 0:9", "--rate 9", "--columns timestamp", "--payload-log run.csv")),
+      for option in ("--rows 0:9", "--rate 9", "--columns timestamp", "--payload-log run.csv",
+                     "--contact bits:3")),
     *((f"view {LIVE['rtde']} --robot ur5e", option, "with a live source")
       for option in ("--log run.csv", "--rows 0:9", "--columns q", "--rate 9")),
     ("view run.csv --robot ur5e", "--log other.csv", "with run.csv"),

@@ -66,8 +66,8 @@ def summary(**changed: object) -> dict[str, object]:
     """Of a run that nobody diagnosed."""
     quality = {
         "gaps": 1, "missing": 12, "longest_step_s": 0.13, "repeated": 0, "clock_set": 0,
-        "restarts": 0, "refused": 2, "undrawn": 0, "undriven": 0, "stuck": [0, 3], "frozen": [],
-        "without_current": [0.0, 0.001], "defects": ["3 x torn row (left out)"],
+        "restarts": 0, "refused": 2, "undrawn": 0, "undriven": 0, "in_contact": 0, "stuck": [0, 3],
+        "frozen": [], "without_current": [0.0, 0.001], "defects": ["3 x torn row (left out)"],
         "too_sparse": {"since": START + 20.0, "for_s": 9.0, "step_s": 0.12, "period_s": 0.01},
     }  # fmt: skip
     return {

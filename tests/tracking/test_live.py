@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from workshop import rows
 
-from urdyn.errors import InputError, LogError
+from urdyn.errors import InputError, LogError, UrdynError
 from urdyn.estimate import EKF
 from urdyn.io.rtde import play, serve
-from urdyn.signal import samples
+from urdyn.signal import Touch, samples
 from urdyn.simulate import simulate
 from urdyn.tracking import Arrival, open_source, rtde_source
 from urdyn.tracking.own import of_this_arm
@@ -153,14 +153,26 @@ def test_a_live_run_that_is_ended_can_be_taken_up_again(workshop, controller, tm
     assert len(t) > 10
 
 
-def test_a_robot_says_that_a_hand_moves_it(ur5e):
+def test_a_robot_says_that_a_hand_moves_it_and_that_it_works_in_contact(ur5e):
     rows = enumerate(play(simulate(ur5e, 1.0, 500.0, seed=1)[0]))
-    # The teach button, in 100 of 500 rows.
-    told = ({**row, "robot_status_bits": 3 + 4 * (100 <= k < 200)} for k, row in rows)
+    teaching, outputs = "robot_status_bits", "actual_digital_output_bits"
+    # The teach button, in 100 of 500 rows, and then a tool that works, in 40.
+    told = (
+        {**row, teaching: 3 + 4 * (100 <= k < 200), outputs: 1 + 8 * (200 <= k < 240)}
+        for k, row in rows
+    )
     with serve(told, port=0) as server:
-        source = open_source(f"rtde://127.0.0.1:{server.port}", duration=0.6, rate=RATE)
+        name, contact = f"rtde://127.0.0.1:{server.port}", Touch(outputs, 3)
+        source = open_source(name, duration=0.6, rate=RATE, contact=contact)
         came = [arrival.sample for arrival in source.start(0)]
         source.close()
-    by_hand = [sample.undriven for sample in came]
-    assert sum(by_hand) == 25  # one in four is asked for
-    assert [bool(np.isnan(sample.current).all()) for sample in came] == by_hand
+    by_hand, at_work = ([getattr(s, of) for s in came] for of in ("undriven", "in_contact"))
+    assert (sum(by_hand), sum(at_work)) == (25, 10)  # one in four is asked for
+    either = [hand or work for hand, work in zip(by_hand, at_work, strict=True)]
+    assert [bool(np.isnan(sample.current).all()) for sample in came] == either
+
+
+@pytest.mark.parametrize("channel", ["tool_works", "target_q"])
+def test_a_robot_that_cannot_tell_contact_is_refused(controller, channel):
+    with pytest.raises(UrdynError, match=channel):
+        open_source(controller, contact=Touch(channel))

@@ -10,7 +10,7 @@ from urdyn.dbn import Edge, Network, Node, figure2
 from urdyn.errors import InputError
 from urdyn.estimate import EKF
 from urdyn.io import write
-from urdyn.signal import Sample, samples
+from urdyn.signal import Sample, Touch, samples
 from urdyn.tracking import Arrival, Tracker, open_source
 from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.joint_motion import STANDING
@@ -43,7 +43,7 @@ def test_what_is_lost_repeated_and_set_back_is_told_apart():
     found = as_plain(losses, 0, 2, ("a",), len(stamps))
     assert found == {
         "gaps": 1, "missing": 9, "longest_step_s": pytest.approx(0.1), "repeated": 1,
-        "clock_set": 1, "refused": 0, "undrawn": 2, "undriven": 0,
+        "clock_set": 1, "refused": 0, "undrawn": 2, "undriven": 0, "in_contact": 0,
         "without_current": [0.0, pytest.approx(1 / 7)], "defects": ["a"],
     }  # fmt: skip
 
@@ -77,23 +77,33 @@ def test_a_run_tells_what_its_recording_lacked(workshop, tmp_path):
     channels["actual_q"][400, 2] += 1.0  # torn
     channels["actual_current"][450, 1] = 500.0
     channels["robot_mode"] = np.where(rows // 20 == 26, 6.0, 7.0)  # backdrive
+    channels["tool_works"] = (rows // 20 == 27) + 0.0
     write(replace(workshop.log, t=workshop.log.t[rows], channels=channels), tmp_path / "a.parquet")
-    source = open_source(str(tmp_path / "a.parquet"))
+    source = open_source(str(tmp_path / "a.parquet"), contact=Touch("tool_works"))
     summary = workshop.track(tmp_path / "out", source)
     quality = summary["quality"]
     assert (quality["gaps"], quality["missing"]) == (1, 60)
     assert quality["longest_step_s"] == pytest.approx(0.61)
     assert quality["without_current"][3] == pytest.approx(30 / len(rows))
     assert quality["refused"] > 0 and quality["undrawn"] == 1
-    assert quality["undriven"] == 20 and not quality["without_current"][1]  # told once
+    assert quality["undriven"] == quality["in_contact"] == 20
+    assert not quality["without_current"][1]  # told once
     said = verdict(summary)
     assert "not whole: impossible angles or speeds" in said and "gap (kept)" in said
     assert "by hand or without power 20; currents that no motor draws 1;" in said
     assert "up to 5.6 % missing" in said
+    assert f"in contact for 20 of {len(rows)} samples" in said
     assert quality["lost"] is None and not any(quality["stuck"])
     assert quality["too_sparse"] is None  # one gap is a gap
     whole = open_source(str(workshop.recording), rows=(0, 300))
     assert "not whole" not in verdict(workshop.track(tmp_path / "whole", whole))
+
+
+@pytest.mark.parametrize("of", ["recording", "ros2"])
+def test_a_stream_that_cannot_tell_contact_is_refused(workshop, of):
+    name = {"recording": str(workshop.recording), "ros2": "ros2://joint_states"}[of]
+    with pytest.raises(InputError, match="has no channel tool_works to say when the arm is in"):
+        open_source(name, contact=Touch("tool_works"))
 
 
 def changed(workshop, path, **columns):

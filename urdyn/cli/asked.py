@@ -15,6 +15,7 @@ import typer
 from urdyn.cli.campaign import Campaign, read_campaign
 from urdyn.cli.recording import Recording, numbers_of, slice_of
 from urdyn.cli.tool import Tool, tool_of
+from urdyn.signal.touch import Touch, touch_of
 
 T = TypeVar("T", Campaign, Recording)
 
@@ -57,13 +58,23 @@ def loaded(
 
 
 def read_as(
-    recordings: tuple[Recording, ...], columns: str | None, rows: str | None, rate: float | None
+    recordings: tuple[Recording, ...],
+    columns: str | None,
+    rows: str | None,
+    rate: float | None,
+    contact: str | None,
 ) -> tuple[Recording, ...]:
     """The recordings read in another way where options say so."""
     if rows is not None and len(recordings) != 1:
         raise typer.BadParameter(f"rows {rows} of which log? these options describe one log only")
     part = slice_of(rows) if rows is not None else None
-    return tuple(overridden(one, columns=columns, rows=part, rate=rate) for one in recordings)
+    options = {"columns": columns, "rows": part, "rate": rate, "contact": contact_named(contact)}
+    return tuple(overridden(one, **options) for one in recordings)
+
+
+def contact_named(text: str | None) -> Touch | None:
+    """The CHANNEL[:BIT] of an option."""
+    return None if text is None else touch_of(text)
 
 
 def gains_of(text: str | None) -> tuple[float, ...] | None:

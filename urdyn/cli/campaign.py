@@ -6,7 +6,8 @@
     drive_gain = [...]              # [N·m/A], where they are known
     tool = {mass = 1.2, com = [...]} # [kg, m at the flange] that all of them bore; mass 0: none
     effort_unit = "A"               # of efforts and currents; "Nm": torques, divided by the gains
-    [[log]]                         # path, columns, rows, rate
+    contact = "..."                 # CHANNEL[:BIT], not 0 in contact, of all that name no other
+    [[log]]                         # path, columns, rows, rate, contact
     [[payload]]                     # the same, and its mass [kg] where that is known
     [[validate]]                    # recordings that the result is scored on
     [simulate]                      # instead of recordings: duration, rate, seed, payload_mass,
@@ -28,9 +29,10 @@ from urdyn.cli.recording import Recording, slice_of
 from urdyn.cli.tool import Tool, tool_of
 from urdyn.cli.virtual import Simulation
 from urdyn.errors import CampaignError, InputError
+from urdyn.signal.touch import touch_of
 
 NUMBER = (int, float)
-RECORDING = {"path": str, "columns": str, "rows": str, "rate": NUMBER}
+RECORDING = {"path": str, "columns": str, "rows": str, "rate": NUMBER, "contact": str}
 SIMULATE = {
     "duration": NUMBER,
     "rate": NUMBER,
@@ -43,6 +45,7 @@ CAMPAIGN = {
     "robot": str,
     "out": str,
     "columns": str,
+    "contact": str,
     "drive_gain": list,
     "tool": dict,
     "effort_unit": str,
@@ -124,8 +127,16 @@ def _recordings(document: dict[str, Any], key: str, folder: Path) -> tuple[Recor
             raise CampaignError(f"{where}no path")
         columns = table.get("columns", document.get("columns"))
         rows = slice_of(table["rows"]) if "rows" in table else None
-        path = _file(table["path"], folder)
-        found.append(Recording(path, columns, rows, table.get("rate"), table.get("mass")))
+        contact = table.get("contact", document.get("contact"))
+        one = Recording(
+            path=_file(table["path"], folder),
+            columns=columns,
+            rows=rows,
+            rate=table.get("rate"),
+            mass=table.get("mass"),
+            contact=touch_of(contact) if contact else None,
+        )
+        found.append(one)
     return tuple(found)
 
 

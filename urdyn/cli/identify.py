@@ -11,7 +11,19 @@ import typer
 from urdyn.cli.asked import asked, gains_of, loaded, overridden, read_as, tool_named, typed
 from urdyn.cli.campaign import Campaign
 from urdyn.cli.idle import idle
-from urdyn.cli.options import Columns, Folder, Gains, Json, Logs, Quiet, Rate, Robot, Rows, Unit
+from urdyn.cli.options import (
+    Columns,
+    Contact,
+    Folder,
+    Gains,
+    Json,
+    Logs,
+    Quiet,
+    Rate,
+    Robot,
+    Rows,
+    Unit,
+)
 from urdyn.cli.tool import remark
 from urdyn.cli.voice import Voice
 
@@ -63,6 +75,7 @@ def identify(
     tool: ToolOption = None,
     drive_gain: Gains = None,
     effort_unit: Unit = None,
+    contact: Contact = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -81,12 +94,12 @@ def identify(
     )
     if campaign.simulate is not None:
         own = ("columns", "rows", "rate", "payload_log", "payload_mass", "payload_rows")
-        idle(context, "where the campaign simulates its arm", *own)
+        idle(context, "where the campaign simulates its arm", *own, "contact")
     payloads = loaded(campaign, payload_log, payload_mass)
     campaign = replace(
         campaign,
-        logs=read_as(campaign.logs, columns, rows, rate),
-        payloads=read_as(payloads, columns, payload_rows, rate),
+        logs=read_as(campaign.logs, columns, rows, rate, contact),
+        payloads=read_as(payloads, columns, payload_rows, rate, contact),
     )
     _run(campaign, Voice(json, quiet))
 

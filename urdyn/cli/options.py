@@ -29,6 +29,14 @@ Rows = Annotated[
 Rate = Annotated[
     float | None, typer.Option(metavar="HZ", help="Sample rate of a log without time stamps.")
 ]
+Contact = Annotated[
+    str | None,
+    typer.Option(
+        metavar="CHANNEL[:BIT]",
+        help="What says that the arm works in contact: a channel, or a bit of it, that is not 0 "
+        "meanwhile. Nothing is learnt from such rows' currents, or found in them.",
+    ),
+]
 Unit = Annotated[
     Literal["A", "Nm"] | None,
     typer.Option(

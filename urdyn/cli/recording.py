@@ -10,12 +10,13 @@ from pathlib import Path
 import urdyn as ud
 from urdyn.errors import InputError
 from urdyn.io.effort import UNTOLD, Effort
-from urdyn.signal.channels import STATUS
+from urdyn.signal.channels import IN_CONTACT, STATUS
+from urdyn.signal.touch import Touch
 
 # All that dynamics needs from a log; an hour of all channels would fill the memory.
 CHANNELS = (
     *("actual_q", "actual_qd", "actual_current", "target_current", "joint_temperatures"),
-    *("payload", "payload_cog", "target_moment", "actual_TCP_pose", *STATUS),
+    *("payload", "payload_cog", "target_moment", "actual_TCP_pose", *STATUS, IN_CONTACT),
 )
 
 Rows = tuple[int | None, int | None]
@@ -31,6 +32,7 @@ class Recording:
     rate: float | None = None  # [Hz] of a file without time stamps
     mass: float | None = None  # [kg] of the payload in it, where it is known
     effort: Effort = UNTOLD  # unit of a bag's efforts
+    contact: Touch | None = None  # what tells that the arm works in contact
 
     def __post_init__(self) -> None:
         if self.mass is not None and not 0.0 < self.mass < math.inf:
@@ -38,14 +40,15 @@ class Recording:
 
     def read(self) -> ud.Log:
         """The log."""
-        return ud.read(
+        log = ud.read(
             self.path,
             columns=self.columns,
             rows=self.rows,
             rate=self.rate,
-            channels=CHANNELS,
+            channels=(*CHANNELS, *([self.contact.channel] if self.contact else [])),
             effort=self.effort,
         )
+        return self.contact.marked(log) if self.contact else log
 
 
 def slice_of(text: str) -> Rows:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import urdyn as ud
+from urdyn.cli.asked import contact_named
 from urdyn.cli.diagnosing import (
     FAILED,
     FailOnFinding,
@@ -26,7 +27,7 @@ from urdyn.cli.diagnosing import (
 from urdyn.cli.ending import ended_by
 from urdyn.cli.idle import idle
 from urdyn.cli.listening import listening, unused, wanted
-from urdyn.cli.options import Columns, Json, Quiet, Rows, Unit
+from urdyn.cli.options import Columns, Contact, Json, Quiet, Rows, Unit
 from urdyn.cli.recording import slice_of
 from urdyn.cli.track_options import (
     FILTERS,
@@ -69,6 +70,7 @@ def track(
     rows: Rows = None,
     rate: Rate = None,
     effort_unit: Unit = None,
+    contact: Contact = None,
     duration: Duration = None,
     poses: PosesFile = None,
     calibration: CalibrationFile = None,
@@ -118,7 +120,18 @@ def track(
         _ahead("://" in source, fit, chosen, bool(healthy)) as (writer, helper),
         announcing(fit, source, serial, prometheus, mqtt, publish or ()) as told,
         closing(
-            open_source(source, columns, part, rate, duration, effort, beside, voice.note, more)
+            open_source(
+                source,
+                columns,
+                part,
+                rate,
+                duration,
+                effort,
+                beside,
+                voice.note,
+                more,
+                contact_named(contact),
+            )
         ) as stream,
         watching(fit.dynamics.arm.joint_names, voice) as shown,
         ended_by(stream.close) if stream.live else nullcontext(),

@@ -9,7 +9,7 @@ import typer
 
 import urdyn as ud
 from urdyn.cli.asked import read_as, typed
-from urdyn.cli.options import Columns, Json, Logs, Quiet, Rate, Rows, Unit
+from urdyn.cli.options import Columns, Contact, Json, Logs, Quiet, Rate, Rows, Unit
 from urdyn.cli.recording import Recording
 from urdyn.cli.twin_file import load_fit
 from urdyn.cli.voice import Voice, complaints
@@ -26,6 +26,7 @@ def validate(
     rows: Rows = None,
     rate: Rate = None,
     effort_unit: Unit = None,
+    contact: Contact = None,
     out: Out = None,
     json: Json = False,
     quiet: Quiet = False,
@@ -48,7 +49,7 @@ def validate(
     voice, (fit, _) = Voice(json, quiet), load_fit(twin, logs)
     effort = Effort(effort_unit, fit.dynamics.drive.gain)
     asked = tuple(Recording(path, effort=effort) for path in logs)
-    recordings = read_as(asked, columns, rows, rate)
+    recordings = read_as(asked, columns, rows, rate, contact)
     if out is not None:
         require_folder(out)
     with voice.progress("scoring"):

@@ -46,6 +46,9 @@ MISSING = (
     "the average surprise is {}, where 1 or less is expected: something is missing from the model, "
     "and its intervals are too narrow"
 )
+TOUCHING = (
+    "in contact for {} of {} samples: nothing is learnt from their currents, or found in them"
+)
 UNWEIGHED = "payload not known: the currents say too little of it"
 SILENT = 1e-3  # [-] of a joint's samples without a current: fewer do not matter
 QUICK = "mode {} is less accurate than full: `urdyn bench track` prints by how much"
@@ -109,6 +112,7 @@ def verdict(summary: dict[str, Any]) -> str:
     mass, latency = summary["final"]["payload.mass"], summary["latency_ms"]
     astray, lost = summary["quality"]["restarts"], summary["quality"]["lost"]
     sparse, surprise = summary["quality"]["too_sparse"], summary.get("surprise") or 0.0
+    touching = summary["quality"]["in_contact"]
     sentence = (
         f"{summary['samples']} samples, {summary['data_s']:.1f} s, "
         f"{QUICKNESS.format(summary['rate_hz'])}; 99 % within {number(latency['p99'])} ms; "
@@ -118,6 +122,7 @@ def verdict(summary: dict[str, Any]) -> str:
     )
     lines = (
         sentence,
+        TOUCHING.format(touching, summary["samples"]) if touching else "",
         _lacked(summary),
         LOST.format(lost["since"], " and ".join(lost["joints"])) if lost else "",
         SPARSE.format(**sparse) if sparse else "",

@@ -13,6 +13,7 @@ from urdyn.signal.polynomial import LocalPolynomial, half_window, weights
 from urdyn.signal.sample import BESIDE, POSE, SETTING, UNSET, Instant, Sample, samples
 from urdyn.signal.smooth import smooth
 from urdyn.signal.synchronise import synchronise
+from urdyn.signal.touch import Touch, in_contact, touch_of
 
 __all__ = [
     "BESIDE",
@@ -32,12 +33,14 @@ __all__ = [
     "Sample",
     "Scaling",
     "Stage",
+    "Touch",
     "add_features",
     "condition",
     "conditioned",
     "features",
     "half_window",
     "hampel",
+    "in_contact",
     "kinematics",
     "measured",
     "normalise",
@@ -47,5 +50,6 @@ __all__ = [
     "smooth",
     "stream",
     "synchronise",
+    "touch_of",
     "weights",
 ]

@@ -28,6 +28,8 @@ POSSIBLE = np.array([1e4, 30.0, 1e4, 200.0])
 # in backdrive; or a bit says that the teach button is pressed. Both as in UR's RTDE guide.
 STATUS = ("robot_mode", "robot_status_bits")
 RUNNING, TEACHING = 7, 4
+# Not 0 while the arm works in contact: what `Touch` marks, or a log of that name.
+IN_CONTACT = "contact_state"
 UNKNOWN = np.array(np.nan)
 
 _STATES = ("mode", "status", "state", "bits", "register", "reversal", "standstill")
@@ -49,9 +51,19 @@ def undriven(mode: Any, bits: Any) -> Any:
 
 def ever_undriven(log: Log) -> Mask:
     """Rows of a log in which it is `undriven`, (N,); none where the log does not say."""
-    told = (log.channels.get(name, UNKNOWN) for name in STATUS)
-    mode, bits = (values if values.ndim < 2 else UNKNOWN for values in told)
+    mode, bits = (_told(log, name) for name in STATUS)
     return np.broadcast_to(np.asarray(undriven(mode, bits)), len(log))
+
+
+def ever_in_contact(log: Log) -> Mask:
+    """Rows of a log in which its arm works in contact, (N,); none where the log does not say."""
+    return np.broadcast_to(_told(log, IN_CONTACT) > 0, len(log))
+
+
+def _told(log: Log, name: str) -> Array:
+    """A channel of one number a row, (N,); NaN where there is none."""
+    values = log.channels.get(name, UNKNOWN)
+    return values if values.ndim < 2 else UNKNOWN
 
 
 def named(log: Log, channels: Iterable[str]) -> list[str]:

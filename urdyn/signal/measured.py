@@ -6,31 +6,40 @@ from dataclasses import replace
 
 import numpy as np
 
-from urdyn.signal.channels import ever_undriven, noted
+from urdyn.signal.channels import ever_in_contact, ever_undriven, noted
 from urdyn.signal.stretches import median_step
 from urdyn.signal.stuck import without_stuck
 from urdyn.signal.torn import without_torn
-from urdyn.types import Log
+from urdyn.types import Log, Mask
 
 
 def measured(log: Log) -> Log:
     """The log with NaN for what no sensor measured, each kind counted.
 
     Angles and velocities of a stuck sensor, single ones that are out of reach of the rows beside
-    them, and currents of an arm that does not move itself. Of rows with one stamp the first is
-    kept.
+    them, and currents of an arm that does not move itself, or works in contact. Of rows with one
+    stamp the first is kept.
     """
-    return without_torn(without_stuck(_without_undriven(_without_repeats(log))))
+    return without_torn(without_stuck(_without_contact(_without_undriven(_without_repeats(log)))))
 
 
 def _without_undriven(log: Log) -> Log:
     """The log without currents where a hand moves the arm, or its drives have no power."""
-    passive = ever_undriven(log)
-    if not passive.any() or "actual_current" not in log:
+    return _without_currents(log, ever_undriven(log), "moved by hand or without power")
+
+
+def _without_contact(log: Log) -> Log:
+    """The log without currents where the arm works in contact."""
+    return _without_currents(log, ever_in_contact(log), "in contact")
+
+
+def _without_currents(log: Log, where: Mask, why: str) -> Log:
+    """The log without currents in some rows (N,), counted."""
+    if not where.any() or "actual_current" not in log:
         return log
-    current = np.where(passive[:, None], np.nan, log.joint("actual_current"))
-    kind = "sample of an arm moved by hand or without power"
-    defects = noted(log, kind, int(np.count_nonzero(passive)), "taken without its currents")
+    current = np.where(where[:, None], np.nan, log.joint("actual_current"))
+    kind, count = f"sample of an arm {why}", int(np.count_nonzero(where))
+    defects = noted(log, kind, count, "taken without its currents")
     return replace(log, channels={**log.channels, "actual_current": current}, defects=defects)
 
 

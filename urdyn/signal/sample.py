@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from urdyn.signal.channels import ever_undriven
+from urdyn.signal.channels import ever_in_contact, ever_undriven
 from urdyn.types import Array, Log, frozen
 
 # What a log may hold beside the joints: the stream that it is, and the channel.
@@ -32,6 +32,7 @@ class Sample:
     beside: Mapping[str, Array] = field(default_factory=dict)
     setting: Array = field(default_factory=lambda: UNSET)  # (4,) of SETTING [kg, m]; NaN: not set
     undriven: bool = False  # a hand moves the arm, or it has no power: then it has no current
+    in_contact: bool = False  # it works in contact: then neither
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +58,16 @@ class Instant:
 
 
 def samples(log: Log) -> Iterator[Sample]:
-    """The rows of a log as they came, to replay it; of an undriven arm without currents."""
+    """The rows of a log as they came, to replay it.
+
+    Without currents where the arm is undriven, or in contact.
+    """
     names = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
     q, v, current, temperature = (log.joint(name) for name in names)
-    passive = ever_undriven(log)
-    if passive.any():
-        current = np.where(passive[:, None], np.nan, current)
-    rows = zip(q, v, current, temperature, passive.tolist(), strict=True)
+    passive, touching = ever_undriven(log), ever_in_contact(log)
+    if (silent := passive | touching).any():
+        current = np.where(silent[:, None], np.nan, current)
+    rows = zip(q, v, current, temperature, passive.tolist(), touching.tolist(), strict=True)
     streams = {
         stream: np.column_stack([log.t, log.channels[channel], *_behind(log, stream)])
         for stream, channel in BESIDE.items()
@@ -80,8 +84,9 @@ def samples(log: Log) -> Iterator[Sample]:
             beside={s: told[k : k + 1] for s, told in streams.items()},
             setting=setting[k],
             undriven=led,
+            in_contact=touches,
         )
-        for k, (t, (q, v, amperes, warm, led)) in enumerate(zip(log.t, rows, strict=True))
+        for k, (t, (q, v, amperes, warm, led, touches)) in enumerate(zip(log.t, rows, strict=True))
     )
 
 

@@ -19,7 +19,7 @@ NOTABLE = 1.0  # [s] of samples too sparse to track, from which on it is reporte
 class Losses:
     """Losses since the run began; J joints."""
 
-    silent: Array  # (J,) samples without a current, of an arm that moves itself
+    silent: Array  # (J,) samples without a current, where there should be one
     gaps: int = 0  # steps longer than GAP periods
     gaps_s: float = 0.0  # [s] that these took
     missing: int = 0  # samples lost in these
@@ -31,6 +31,7 @@ class Losses:
     sparse_since: float = np.nan  # [s] stamp at which they began
     lost: int = 0  # samples that a live source did not deliver
     undriven: int = 0  # samples of an arm moved by hand or without power
+    in_contact: int = 0  # samples of an arm that works in contact
 
 
 def no_losses(joints: int) -> Losses:
@@ -59,8 +60,9 @@ def counted(
     gap = dt > GAP * period
     sparse = gap and few > 0
     began = since if np.isnan(so_far.sparse_since) else so_far.sparse_since
+    withheld = sample.undriven or sample.in_contact
     return Losses(
-        silent=so_far.silent + (np.isnan(sample.current) & (not sample.undriven)),
+        silent=so_far.silent + (np.isnan(sample.current) & (not withheld)),
         gaps=so_far.gaps + gap,
         gaps_s=so_far.gaps_s + (dt if gap else 0.0),
         missing=so_far.missing + (round(dt / period) - 1 if gap else 0),
@@ -72,6 +74,7 @@ def counted(
         sparse_since=began if sparse else so_far.sparse_since,
         lost=so_far.lost + lost,
         undriven=so_far.undriven + sample.undriven,
+        in_contact=so_far.in_contact + sample.in_contact,
     )
 
 
@@ -110,6 +113,7 @@ def as_plain(
         "refused": int(refused),
         "undrawn": int(undrawn),
         "undriven": int(losses.undriven),
+        "in_contact": int(losses.in_contact),
         "without_current": share.tolist(),
         "defects": list(defects),
     }

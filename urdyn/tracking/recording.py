@@ -19,8 +19,8 @@ from urdyn.io.effort import Effort
 from urdyn.io.frames import Words, numbers_of, words_frame, words_of
 from urdyn.io.helper import Helper
 from urdyn.io.helping import Heard, helping
-from urdyn.signal import BESIDE, POSE, SETTING, Sample, require_measured, samples
-from urdyn.signal.channels import STATUS, has_velocities
+from urdyn.signal import BESIDE, POSE, SETTING, Sample, Touch, require_measured, samples, touch_of
+from urdyn.signal.channels import IN_CONTACT, STATUS, has_velocities
 from urdyn.signal.stretches import median_step
 from urdyn.tracking.source import CHANNELS, Arrival, Rows, Source
 from urdyn.types import Array, Log
@@ -40,13 +40,22 @@ def recording(
     duration: float | None,
     effort: Effort,
     beside: Collection[str],
+    contact: Touch | None,
 ) -> Source:
     """Logs as one source; arguments as for `open_source`. LogError where one is not a log."""
     reader = Helper("urdyn.tracking.recording", "the log's reader", "run again")
-    asked = {"paths": names, "columns": columns, "rows": rows, "rate": rate, "duration": duration}
-    efforts = {"unit": effort.unit, "gain": effort.gain}
+    asked = {
+        "paths": names,
+        "columns": columns,
+        "rows": rows,
+        "rate": rate,
+        "duration": duration,
+        "effort": {"unit": effort.unit, "gain": effort.gain},
+        "beside": list(beside),
+        "contact": str(contact or ""),
+    }
     try:
-        log = words_of(reader.ask(words_frame(asked | {"effort": efforts, "beside": list(beside)})))
+        log = words_of(reader.ask(words_frame(asked)))
     except BaseException as error:
         reader.close()
         if isinstance(error, InputError):  # its message says where
@@ -93,13 +102,17 @@ def _opened(
     duration: float | None,
     effort: Mapping[str, Any],
     beside: Collection[str],
+    contact: str,
     **how: Any,
 ) -> tuple[Log, dict[str, Any]]:
     """The log, and what the tracking process needs to know of it."""
     from urdyn.io import read
 
-    wanted = (*CHANNELS, *STATUS, *SETTING, *(BESIDE[stream] for stream in beside))
-    log = read(*paths, channels=(*wanted, *TOLD_BY), effort=Effort(**effort), **how)
+    told_by = touch_of(contact) if contact else None
+    wanted = (*CHANNELS, *STATUS, IN_CONTACT, *SETTING, *(BESIDE[stream] for stream in beside))
+    channels = (*wanted, *TOLD_BY, *([told_by.channel] if told_by else []))
+    log = read(*paths, channels=channels, effort=Effort(**effort), **how)
+    log = told_by.marked(log) if told_by else log
     glimpse = _glimpse(log)
     log = replace(log, channels={n: x for n, x in log.channels.items() if n in wanted})
     require_measured(log, ("actual_q",) if POSE in beside else NEEDED)
@@ -110,7 +123,7 @@ def _opened(
     told = {
         "length": length,
         "widths": {name: values[0].size for name, values in log.channels.items()},
-        "identity": f"{log.source.sha256} {log.source.rows} {how['columns']} {effort}",
+        "identity": f"{log.source.sha256} {log.source.rows} {how['columns']} {effort} {contact}",
         "sha256": log.source.sha256,
         "period": median_step(log.t),
         "velocities": has_velocities(log),

@@ -14,7 +14,7 @@ from urdyn.io.address import joined
 from urdyn.io.clock import credible
 from urdyn.io.rtde.client import Client, Connected, Dropped, connect, parse_address
 from urdyn.io.rtde.link import Package
-from urdyn.signal import BESIDE, POSE, SETTING, UNSET, Sample
+from urdyn.signal import BESIDE, POSE, SETTING, UNSET, Sample, Touch
 from urdyn.signal.channels import STATUS, undriven
 from urdyn.signal.stretches import GAP
 from urdyn.tracking.source import CHANNELS, LATEST, LOOK, Arrival, Source, Tell
@@ -33,25 +33,33 @@ SELDOM = (
 
 
 def robot(
-    name: str, rate: float | None, duration: float | None, beside: Collection[str], tell: Tell
+    name: str,
+    rate: float | None,
+    duration: float | None,
+    beside: Collection[str],
+    tell: Tell,
+    contact: Touch | None,
 ) -> Source:
     """The controller that `name` names; arguments as for `open_source`."""
     host, port = parse_address(name)
     # Its own poses tell which arm it is, whether or not they are used as a stream.
     asked = [*STATUS, *SETTING, *(BESIDE[stream] for stream in (POSE, *beside))]
-    names, optional = ("timestamp", *CHANNELS, *asked), (CHANNELS[1], CHANNELS[3], *asked)
-    client = connect(host, port, names, rate, optional=optional, awake=AWAKE)
+    needed = ("timestamp", *CHANNELS, *([contact.channel] if contact else []))
+    optional = {CHANNELS[1], CHANNELS[3], *asked} - {contact and contact.channel}
+    client = connect(host, port, (*needed, *asked), rate, optional=optional, awake=AWAKE)
+    if contact:
+        contact.require_lone(client.agreement.recipe.dtype[contact.channel].shape, name)
     period = client.agreement.period
     count = None if duration is None else max(1, round(duration / period))
 
     def start(_: int) -> Iterator[Arrival]:
         with _closed_after(duration, client):
-            yield from islice(_heard(client, tell), count)
+            yield from islice(_heard(client, tell, contact), count)
 
     sent = frozenset(s for s in beside if BESIDE[s] not in client.agreement.left_out)
     return Source(
         name=name,
-        identity=joined(host, port),
+        identity=f"{joined(host, port)} {contact}" if contact else joined(host, port),
         sha256="",
         period=period,
         joints=RTDE_JOINTS,
@@ -89,7 +97,7 @@ def _closed_after(duration: float | None, client: Client) -> Iterator[None]:
         ended.set()
 
 
-def _heard(client: Client, tell: Tell) -> Iterator[Arrival]:
+def _heard(client: Client, tell: Tell, contact: Touch | None) -> Iterator[Arrival]:
     """A controller's samples, read between steps: a thread would only compete with these.
 
     A package's arrival time is its stamp plus the smallest recent delay, so that the time it
@@ -97,7 +105,8 @@ def _heard(client: Client, tell: Tell) -> Iterator[Arrival]:
     """
     behind, before = np.inf, np.nan  # [s] our clock minus the controller's, and its last stamp
     for package in _paced(_packages(client, tell), client.agreement.period, tell):
-        sample, read = _sample(client.agreement.recipe.unpack(package.values)), package.received
+        values, read = client.agreement.recipe.unpack(package.values), package.received
+        sample = _sample(values, contact)
         if not credible(sample.t):
             continue  # counts as lost
         passed = sample.t - before
@@ -135,7 +144,7 @@ def _packages(client: Client, tell: Tell) -> Iterator[Package]:
                 tell("is back")
 
 
-def _sample(values: dict[str, Any]) -> Sample:
+def _sample(values: dict[str, Any], contact: Touch | None) -> Sample:
     nothing = np.full(RTDE_JOINTS, np.nan)
     t = float(values["timestamp"])
     q, v, current, temperature = (values.get(name, nothing) for name in CHANNELS)
@@ -148,4 +157,6 @@ def _sample(values: dict[str, Any]) -> Sample:
     }
     setting = np.array([values["payload"], *values["payload_cog"]]) if whole else UNSET
     passive = undriven(*(values.get(name, np.nan) for name in STATUS))
-    return Sample(t, q, v, nothing if passive else current, temperature, beside, setting, passive)
+    touching = bool(contact and contact.felt(values[contact.channel]))
+    current = nothing if passive or touching else current
+    return Sample(t, q, v, current, temperature, beside, setting, passive, touching)

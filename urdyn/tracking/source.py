@@ -13,7 +13,7 @@ import numpy as np
 from urdyn.errors import InputError
 from urdyn.io.clock import SET
 from urdyn.io.effort import UNTOLD, Effort
-from urdyn.signal import Sample
+from urdyn.signal import Sample, Touch
 from urdyn.types import Log
 
 SCHEME, ROS2 = "rtde://", "ros2://"
@@ -70,13 +70,15 @@ def open_source(
     beside: Collection[str] = (),
     tell: Tell = nobody,
     more: Sequence[str] = (),
+    contact: Touch | None = None,
 ) -> Source:
     """The source that `text` names: a log, rtde://HOST[:PORT] or ros2://TOPIC.
 
     `rate` [Hz] is that of a log without time stamps, or is requested from a controller; `duration`
     [s] ends the stream; `effort` says what a bag's efforts are; `beside` names streams of `BESIDE`
     to read where available; `tell` is told of a robot that is lost, is back, or restarts;
-    `more` are logs that follow that one, in the order of time.
+    `more` are logs that follow that one, in the order of time; `contact` tells when the arm works
+    in contact.
     """
     if not all(x is None or 0 < x < np.inf for x in (duration, rate)):
         raise InputError("duration and rate are to be above 0, and finite")
@@ -89,8 +91,10 @@ def open_source(
     if text.startswith(SCHEME):
         from urdyn.tracking.rtde_source import robot
 
-        return robot(text, rate, duration, beside, named)
+        return robot(text, rate, duration, beside, named, contact)
     if text.startswith(ROS2):
+        if contact:
+            raise InputError(f"{text}: {contact.unknown}")
         from urdyn.tracking.ros2_source import graph
 
         return graph(text, text.removeprefix(ROS2), rate, duration, effort, named)
@@ -101,7 +105,7 @@ def open_source(
         raise InputError(f"{text}: there is no such file; for a robot write {SCHEME}{text}")
     from urdyn.tracking.recording import recording
 
-    logs = recording((text, *more), columns, rows, rate, duration, effort, beside)
+    logs = recording((text, *more), columns, rows, rate, duration, effort, beside, contact)
     return replace(logs, tell=named)
 
 

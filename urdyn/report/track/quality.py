@@ -54,6 +54,7 @@ def _stream(summary: Mapping[str, Any], lacked: Mapping[str, Any]) -> list[list[
         "angles and speeds refused": (lacked["refused"], "impossible for this arm"),
         "currents left out": (lacked["undrawn"], "more than a motor draws"),
         "moved by hand, or without power": (lacked["undriven"], "their currents left out"),
+        "in contact": (lacked["in_contact"], "their currents left out"),
         "speeds that stood still": (
             sum(joint["samples"] for joint in lacked["frozen"]),
             "while their joint moved; angles alone were used",

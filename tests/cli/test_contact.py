@@ -1,0 +1,34 @@
+"""What tells that an arm works in contact, as a campaign or an option names it."""
+
+from pathlib import Path
+
+import numpy as np
+
+from urdyn.cli.asked import read_as
+from urdyn.cli.campaign import read_campaign
+from urdyn.io import write
+from urdyn.signal import Touch
+from urdyn.signal.channels import ever_in_contact
+from urdyn.types import Log
+
+CAMPAIGN = """robot = "ur5e"
+contact = "bits:1"
+[[log]]
+path = "run.csv"
+[[log]]
+path = "run.csv"
+contact = "touches"
+"""
+
+
+def test_a_log_is_read_with_the_contact_that_is_named_for_it(tmp_path: Path) -> None:
+    rows = np.arange(4.0)
+    write(Log(0.1 * rows, {"bits": rows, "touches": rows // 3}), tmp_path / "run.csv")
+    (tmp_path / "campaign.toml").write_text(CAMPAIGN)
+    logs = read_campaign(tmp_path / "campaign.toml").logs
+    assert [one.contact for one in logs] == [Touch("bits", 1), Touch("touches")]
+    told = [ever_in_contact(one.read()).tolist() for one in logs]
+    assert told == [[False, False, True, True], [False, False, False, True]]
+    assert [one.contact for one in read_as(logs, None, None, None, "bits:0")] == 2 * [
+        Touch("bits", 0)
+    ]
