@@ -230,6 +230,54 @@ def test_what_a_sensor_shows_of_nothing_is_found(ur5e):
     np.testing.assert_allclose(felt.noise, NOISE[[0, 3]], rtol=0.12)
 
 
+UP, ASIDE = np.array([0.0, 0.0, 40.0]), np.array([40.0, 0.0, 0.0])  # [N] in the base's axes
+
+
+@pytest.mark.parametrize(
+    ("push", "mass", "touching"),
+    [(UP, 0.0, True), (ASIDE, 0.0, True), (-UP, 0.0, False), (0.0 * UP, 4.0, False)],
+)
+def test_a_wrench_that_no_payload_explains_is_contact_and_may_last(ur5e, push, mass, touching):
+    """A force down is as a load's; a bias is not forgotten for 18 s of contact."""
+    rng, stream, still = np.random.default_rng(2), WrenchStream(ur5e, True), np.zeros(6)
+    felt = replace(stream.init(), noise=NOISE[[0, 3]])
+    known = Gaussian(np.r_[np.zeros(10), BIAS], 0.01 * np.eye(16))
+    for k in range(200):
+        q, at_work = rng.uniform(-1.5, 1.5, 6), 20 <= k < 180
+        now = Instant(0.1125 * k, q, still, still, *np.zeros((4, 6)))
+        turn = ur5e.pose(q, ur5e.link_names[-1])[:3, :3]
+        load = mass * ur5e.wrench_regressor(q, still, still)[:, 0]
+        w = BIAS + at_work * (np.r_[turn.T @ push, np.zeros(3)] - load)
+        w += rng.standard_normal(6) * NOISE
+        felt, told = stream.take(felt, now, np.r_[now.t, w], known)
+        assert stream.touching(felt, now.t) == (touching and at_work)
+        assert not touching or (told is None) == at_work
+    assert not stream.touching(replace(felt, touching=True), now.t + 1.1)  # silent since
+
+
+def test_currents_of_an_arm_whose_sensor_feels_contact_do_not_matter():
+    """From the first row that shows it on. Where contact is told, wrenches do not matter either."""
+    fit, log, _ = weighed()
+    tracker = Tracker(fit, EKF(), 1.0 / RATE, streams=(WrenchStream(fit.dynamics.arm, True),))
+    log, start, later = log.slice(0, round(4.0 * RATE)), 3.0, 3.4
+
+    def learnt(amperes, known=False):
+        state = tracker.init()
+        for sample in samples(log):
+            push = np.r_[0.0, 0.0, 300.0 * (sample.t > start), np.zeros(4)]
+            row = {"raw_wrench": sample.beside["raw_wrench"] + push}
+            current = sample.current + amperes * (sample.t > later)
+            told = replace(sample, beside=row, current=current)
+            state, _ = tracker.step(state, replace(told, in_contact=known and sample.t > start))
+        return state
+
+    free, pressed = learnt(0.0), learnt(1.0)
+    np.testing.assert_array_equal(free.belief.mean, pressed.belief.mean)
+    assert 0.8 * RATE < pressed.touched < 1.0 * RATE
+    known = learnt(0.0, known=True)
+    assert known.touched == 0 and known.heard[0].state.t < start + 0.1
+
+
 @pytest.mark.parametrize("shows", [0.0, 3.0])
 def test_a_sensor_at_the_flange_that_is_stuck_tells_nothing(shows):
     """That nothing changes while a load is taken up would be news of the drives."""

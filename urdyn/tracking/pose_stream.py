@@ -198,6 +198,10 @@ class PoseStream:
         frames = 1 if self.build.own else 2
         return (*self.build.start.form.units, *["m"] * (3 * frames))
 
+    def touching(self, sights: Sights, t: float) -> bool:
+        """No pose shows contact."""
+        return False
+
     def estimates(self, sights: Sights) -> tuple[Array, Array]:
         """Deviations from the drawing, and places of base and tool; NaN before they are known."""
         if not sights.count:

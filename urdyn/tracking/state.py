@@ -44,6 +44,7 @@ class TrackerState(Generic[S]):
     implausible: ImplausibleLoads = field(default_factory=ImplausibleLoads)  # hold by hold
     load: PayloadHypotheses = field(default_factory=no_hypotheses)  # from before learning it anew
     undrawn: int = 0  # number of currents left out, as no motor draws them
+    touched: int = 0  # samples in contact by what a stream showed, whose currents were left out
     restarts: int = 0  # resets to the commissioned arm, as the belief was not credible
 
 
@@ -76,6 +77,7 @@ def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S
         ),
         stuck=state.stuck,
         undrawn=state.undrawn,
+        touched=state.touched,
         restarts=state.restarts,
     )
 

@@ -86,6 +86,9 @@ class Stream(Protocol[A]):
     def settled(self, state: A, z: Gaussian) -> A:
         """The state after the currents' filter was updated by that measurement."""
 
+    def touching(self, state: A, t: float) -> bool:
+        """Whether rows show that the arm is in contact at t [s], whatever it carries."""
+
     def estimates(self, state: A) -> tuple[Array, Array]:
         """Means and standard deviations of the quantities; NaN while there are none."""
 

@@ -170,8 +170,16 @@ class Tracker(Generic[S]):
         if np.count_nonzero(wrong):
             instant = replace(instant, current=np.where(wrong, np.nan, instant.current))
             state = replace(state, undrawn=state.undrawn + int(np.count_nonzero(wrong)))
+        if self._touching(state, instant.t) and np.isfinite(instant.current).any():
+            instant = replace(instant, current=np.full_like(instant.current, np.nan))
+            state = replace(state, touched=state.touched + 1)
         state, reading = self._assimilate(state, causal, instant)
         return self._listened(state, reading) if self.streams else (state, reading)
+
+    def _touching(self, state: TrackerState[S], t: float) -> bool:
+        """Whether a stream has shown contact: then currents do not tell the arm."""
+        pairs = zip(self.streams, state.heard, strict=True)
+        return any(stream.touching(heard.state, t) for stream, heard in pairs)
 
     @property
     def enough(self) -> int:
@@ -186,8 +194,12 @@ class Tracker(Generic[S]):
         return self._causal.missed(state.causal)
 
     def _with_more(self, heard: tuple[Heard[Any], ...], sample: Sample) -> tuple[Heard[Any], ...]:
+        def rows(stream: Stream[Any]) -> Array | None:
+            pressed = sample.in_contact and stream.shared == "payload"
+            return None if pressed else sample.beside.get(stream.name)
+
         pairs = zip(self.streams, heard, strict=True)
-        return tuple(h.with_more(sample.beside.get(stream.name)) for stream, h in pairs)
+        return tuple(h.with_more(rows(stream)) for stream, h in pairs)
 
     def _assimilate(
         self, state: TrackerState[S], causal: CausalState, now: Instant

@@ -6,8 +6,10 @@ pi is the payload, which the currents measure as well. b is the sensor's bias, t
 arms at work, and c what the controller compensates for, which may be anything: with both unknown, a
 wrench shows only changes of a payload. For a raw wrench, c is minus the tool in the arm's model,
 which it measures too. A compensated one refers to the point of a tool that was not named, so that
-its moments are left out. A surprising row is a contact; if all surprise for a while, b and c have
-been set anew.
+its moments are left out. A surprising row is not learnt from; if all surprise for a while, b and c
+have been set anew. Where no payload explains a raw row, the arm is in contact, which may last: then
+its currents are not learnt from, either. Of a compensated wrench that is not known, since
+controllers set b and c anew in the middle of a program.
 
 b and c are states of the currents' filter. Payloads weighed by currents all share the same errors
 of friction and gain, and b inherits these: if b were kept apart, conditional on the payload, each
@@ -31,7 +33,7 @@ from urdyn.tracking.conditional_filter import (
     nothing_besides,
     updated_noise,
 )
-from urdyn.tracking.model import PAYLOAD_SD
+from urdyn.tracking.model import ANYTHING, PAYLOAD_SD
 from urdyn.types import Array, Gaussian, freeze
 
 PACE = 0.1  # [s] between two rows that are used: the sensor's noise is slow
@@ -40,8 +42,10 @@ BIAS_WALK = np.repeat([0.05, 0.005], 3)  # [N/√s, N·m/√s] as the sensor war
 NOISE = np.array([2.0, 0.1])  # [N, N·m] prior sd: sensor, and accelerations
 FINEST = np.array([0.1, 0.005])  # [N, N·m]
 MEMORY = 300.0  # rows to average the noise over
-CONTACT = 16.0  # [-] where 1 is expected: four standard deviations in every row on average
-ANEW = 30  # surprising rows in succession: no contact lasts so long
+SURPRISE = 16.0  # [-] where 1 is expected: four standard deviations in every row on average
+ANEW = 30  # surprising rows in succession: no piece takes so long to show in the currents
+HELD = 1.0  # [s] for which a row tells contact, while no other comes
+ANEW_TOUCHING = 600  # the same in contact: nobody works for a minute without lifting the tool
 AXES = ("fx", "fy", "fz", "mx", "my", "mz")
 LOAD = 4  # parameters that are compensated: no force shows inertia
 
@@ -53,7 +57,8 @@ class Felt:
     noise: Array  # (2,) sd [N, N·m]
     t: float  # [s] of the last row used; -inf: none
     count: float  # rows learnt from
-    doubted: int  # surprising rows in succession
+    doubted: int  # surprising rows in succession, all in contact or none
+    touching: bool  # in contact, after the last row used
     last: Array  # (6,) the last row used; NaN: none
     bias: Gaussian  # b [N, N·m], after the last row learnt from; NaN: none
 
@@ -111,6 +116,7 @@ class WrenchStream:
             t=-np.inf,
             count=0.0,
             doubted=0,
+            touching=False,
             last=np.full(6, np.nan),
             bias=Gaussian(unknown, np.diag(unknown)),
         )
@@ -123,24 +129,43 @@ class WrenchStream:
         if not np.isfinite(row[1:]).all() or 0.0 <= dt < PACE:
             return felt, None
         if np.array_equal(row[1:], felt.last):  # a working sensor never shows the same twice
-            return replace(felt, t=now.t), None
+            return replace(felt, t=now.t, touching=False), None
         felt, known = replace(felt, t=now.t, last=row[1:]), nothing_besides(z)
         observation, anew = self._linearised(felt, now, row[1:], z), np.zeros(len(z.mean))
-        if observation.surprise(known) > CONTACT:
-            if felt.doubted < ANEW:
-                return replace(felt, doubted=felt.doubted + 1), None
+        touching = self.raw and not self._carried(observation, z)
+        if touching or observation.surprise(known) > SURPRISE:
+            doubted = felt.doubted + 1 if touching == felt.touching else 1
+            if doubted <= (ANEW_TOUCHING if touching else ANEW):
+                return replace(felt, doubted=doubted, touching=touching), None
             anew[len(PAYLOAD_SD) :] = self.own.prior.sd
-            return replace(felt, doubted=0), measurement(known, observation, anew)
+            return replace(felt, doubted=0, touching=False), measurement(known, observation, anew)
         gain = 1.0 / min(felt.count + 10.0, MEMORY)
         squares = updated_noise(felt.noise**2, known, observation, gain)
         noise = np.sqrt(np.maximum(squares, FINEST**2))
-        felt = replace(felt, noise=noise, count=felt.count + 1.0, doubted=0)
+        felt = replace(felt, noise=noise, count=felt.count + 1.0, doubted=0, touching=False)
         return felt, measurement(known, observation, anew)
 
     def settled(self, felt: Felt, z: Gaussian) -> Felt:
         """The state after the currents' filter was updated by the row."""
         at = slice(len(PAYLOAD_SD), len(PAYLOAD_SD) + self._rows)
         return replace(felt, bias=Gaussian(z.mean[at], z.cov[at, at]))
+
+    def touching(self, felt: Felt, t: float) -> bool:
+        """Whether no payload explains the last row, if that is not long ago."""
+        return felt.touching and abs(t - felt.t) < HELD
+
+    def _carried(self, observation: LinearisedObservation, z: Gaussian) -> bool:
+        """Whether a payload explains a row: any, but for one that weighs less than nothing."""
+        free = np.zeros(len(z.mean))
+        free[: len(PAYLOAD_SD)] = ANYTHING * PAYLOAD_SD
+        anything = replace(nothing_besides(z), spread=z.cov + np.diag(free**2))
+        if observation.surprise(anything) > SURPRISE:
+            return False
+        N = observation.expected(anything)
+        gain = np.linalg.solve(N, observation.Hz @ anything.spread[:, 0])
+        mass = z.mean[0] + gain @ observation.e + self.tool[0]
+        variance = anything.spread[0, 0] - gain @ N @ gain
+        return bool(min(mass, 0.0) ** 2 < SURPRISE * variance)
 
     def estimates(self, felt: Felt) -> tuple[Array, Array]:
         """Bias of the sensor; NaN before its first row."""
