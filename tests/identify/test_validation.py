@@ -364,6 +364,7 @@ def test_currents_of_the_opposite_sign_are_doubted_as_that(all_knowing: Fit, noi
     reversed_ = {**noisy.channels, "actual_current": -noisy.joint("actual_current")}
     doubt = another(all_knowing, [validate(all_knowing, Log(noisy.t, reversed_))])
     assert doubt.startswith("In 6 of 6 joints") and doubt.endswith("or of the opposite sign")
+    assert "worked in contact" in doubt
 
 
 def test_one_joint_whose_columns_are_anothers_is_doubted_by_name(
@@ -375,3 +376,4 @@ def test_one_joint_whose_columns_are_anothers_is_doubted_by_name(
     log = Log(noisy.t, {**noisy.channels, "actual_current": current})
     doubt = another(all_knowing, [validate(all_knowing, log)])
     assert doubt.startswith("In elbow intervals") and "columns are another joint's" in doubt
+    assert "or something pushed or pulled at the arm" in doubt

@@ -90,6 +90,7 @@ def test_a_piece_that_was_picked_up_or_put_down_in_a_log_is_told(
     assert abs(since - log.t[700]) < 1.0
     [said] = picked(identified, [score])
     assert f"from stamp {since:.1f} s on the tool seems to bear another load" in said
+    assert said.endswith("worked in contact: commission on a free motion")
     assert said in doubts(identified, [score])
     no_model = replace(score, target_rre_percent=0.1 * score.rre_percent)
     assert said not in doubts(identified, [no_model])

@@ -35,11 +35,13 @@ UNEXPLAINED = (
 )
 STRANGE = (
     "In {} intervals for 90 % of the currents hold less than half of that: it has changed since it "
-    "was commissioned, or its columns are another joint's, or of another sign"
+    "was commissioned, or something pushed or pulled at the arm (--contact leaves such rows out), "
+    "or its columns are another joint's, or of another sign"
 )
 PICKED = (
     "{}: from stamp {:.1f} s on the tool seems to bear another load, which explains {:.0f} % of "
-    "what the fit leaves: use the rows before or after that alone (--rows)"
+    "what the fit leaves: use the rows before or after that alone (--rows); or the arm worked in "
+    "contact: commission on a free motion"
 )
 SLOPES = (
     "no velocities are in {}: they were taken from the angles, with less accurate accelerations; "
@@ -88,8 +90,8 @@ def another(fit: Fit, scores: Sequence[Score]) -> str:
         return STRANGE.format(_named(fit, short))
     return (
         f"In {count} of {told} joints intervals for 90 % of the currents hold less than half of "
-        "that: this is not this arm's twin, or the arm carried something, or currents are not in "
-        "A, or of the opposite sign"
+        "that: this is not this arm's twin, or the arm carried something or worked in contact, or "
+        "currents are not in A, or of the opposite sign"
     )
 
 
