@@ -20,7 +20,9 @@ from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import OPTIONAL, Population, population
 from urdyn.types import Array
 
-TIME_OFFSET_SD = 5e-3  # [s] sd of a recorder's skew between streams
+# [s] sd of a recorder's skew between streams, as between runs of a real arm. Joints of a slow run
+# contradict each other by far more: a wider prior leaves the offset to the loudest of them.
+TIME_OFFSET_SD = 2e-3
 COORDINATES = ("alpha", "d1", "d2", "d3", "s12", "s23", "s13", "t1", "t2", "t3")
 
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from urdyn.identify import Fit, Score
 from urdyn.identify.another_load import another_load
-from urdyn.identify.unknowns import TIME_OFFSET_SD
 from urdyn.model.whose import misweighed
 from urdyn.report.digits import interval90, number
 from urdyn.report.evidence import UNSEEN, pool, seen, telling
@@ -17,6 +16,7 @@ from urdyn.signal.channels import has_velocities, mean_measured
 
 LEVEL, LITTLE = 0.9, 0.5  # [-] coverage of the intervals; of that, in a wrong arm's twin
 FAR = 4.0  # [sd] of the spread within a type: right arms were within 1.3, others beyond 4
+APART = 0.02  # [s] further than recorders put streams: few rows a second cost up to 7 ms, too
 WARMER = 5.0  # [K] beyond which viscous friction changes by more than the 7 % of any other day
 NOTHING = 100.0  # [%] error of a model that predicts zero
 WORSE = 2.0  # [-] times the controller's error; fits to sound logs were at 1.02 at most
@@ -135,7 +135,7 @@ def smooth(scores: Sequence[Score]) -> list[str]:
 def skewed(fit: Fit) -> list[str]:
     """Streams further apart than recorders put them."""
     offset = fit.dynamics.drive.time_offset
-    if abs(offset) < FAR * TIME_OFFSET_SD:
+    if abs(offset) < APART:
         return []
     return [SKEWED.format(number(1e3 * abs(offset), 2), "early" if offset > 0.0 else "late")]
 
