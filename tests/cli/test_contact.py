@@ -3,9 +3,11 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from urdyn.cli.asked import read_as
 from urdyn.cli.campaign import read_campaign
+from urdyn.errors import CampaignError
 from urdyn.io import write
 from urdyn.signal import Touch
 from urdyn.signal.channels import ever_in_contact
@@ -32,3 +34,6 @@ def test_a_log_is_read_with_the_contact_that_is_named_for_it(tmp_path: Path) -> 
     assert [one.contact for one in read_as(logs, None, None, None, "bits:0")] == 2 * [
         Touch("bits", 0)
     ]
+    (tmp_path / "campaign.toml").write_text(CAMPAIGN.replace("touches", ""))
+    with pytest.raises(CampaignError, match="contact '': write CHANNEL"):
+        read_campaign(tmp_path / "campaign.toml")

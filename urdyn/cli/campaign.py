@@ -134,7 +134,7 @@ def _recordings(document: dict[str, Any], key: str, folder: Path) -> tuple[Recor
             rows=rows,
             rate=table.get("rate"),
             mass=table.get("mass"),
-            contact=touch_of(contact) if contact else None,
+            contact=None if contact is None else touch_of(contact),
         )
         found.append(one)
     return tuple(found)
