@@ -268,7 +268,11 @@ def test_currents_of_an_arm_whose_sensor_feels_contact_do_not_matter():
             row = {"raw_wrench": sample.beside["raw_wrench"] + push}
             current = sample.current + amperes * (sample.t > later)
             told = replace(sample, beside=row, current=current)
-            state, _ = tracker.step(state, replace(told, in_contact=known and sample.t > start))
+            state, seen = tracker.step(state, replace(told, in_contact=known and sample.t > start))
+            withheld = seen is not None and np.isnan(seen.current).all()
+            # Diagnosis is to see a push, and to learn nothing from it.
+            assert known or not withheld or np.isfinite(seen.instant.current).any()
+            assert known or not withheld or not seen.travelled.any()
         return state
 
     free, pressed = learnt(0.0), learnt(1.0)

@@ -46,9 +46,7 @@ MISSING = (
     "the average surprise is {}, where 1 or less is expected: something is missing from the model, "
     "and its intervals are too narrow"
 )
-TOUCHING = (
-    "in contact for {} of {} samples: nothing is learnt from their currents, or found in them"
-)
+TOUCHING = "in contact for {} of {} samples: nothing is learnt from their currents"
 UNWEIGHED = "payload not known: the currents say too little of it"
 SILENT = 1e-3  # [-] of a joint's samples without a current: fewer do not matter
 QUICK = "mode {} is less accurate than full: `urdyn bench track` prints by how much"

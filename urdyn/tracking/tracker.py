@@ -170,10 +170,14 @@ class Tracker(Generic[S]):
         if np.count_nonzero(wrong):
             instant = replace(instant, current=np.where(wrong, np.nan, instant.current))
             state = replace(state, undrawn=state.undrawn + int(np.count_nonzero(wrong)))
-        if self._touching(state, instant.t) and np.isfinite(instant.current).any():
-            instant = replace(instant, current=np.full_like(instant.current, np.nan))
+        touching = self._touching(state, instant.t) and np.isfinite(instant.current).any()
+        learnt = instant
+        if touching:
+            learnt = replace(instant, current=np.full_like(instant.current, np.nan))
             state = replace(state, touched=state.touched + 1)
-        state, reading = self._assimilate(state, causal, instant)
+        state, reading = self._assimilate(state, causal, learnt)
+        if touching:  # a push still shows; as where friction is unknown, nothing slow does
+            reading = replace(reading, instant=instant, travelled=np.zeros_like(instant.q))
         return self._listened(state, reading) if self.streams else (state, reading)
 
     def _touching(self, state: TrackerState[S], t: float) -> bool:
