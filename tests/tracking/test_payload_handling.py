@@ -309,12 +309,13 @@ def test_a_wrist_s_friction_is_not_what_it_bears(joint: int, unsure: float) -> N
 
 
 @pytest.mark.parametrize(
-    ("joint", "unsure"), [pytest.param(1, 0.025, marks=pytest.mark.slow), (2, 0.02)]
+    ("joint", "unsure"), [pytest.param(1, 0.025, marks=pytest.mark.slow), (2, 0.04)]
 )
 def test_a_little_health_is_no_light_load(joint: int, unsure: float) -> None:
     """A story: a drive loses a twelfth of its health, long after it set out.
 
     A possible load of .3 kg and a zero took it, and health was twelve deviations off.
+    How soon the load is ruled out is the noise's luck: the elbow is left unsure by .008 to .034.
     """
     dynamics, fit = commissioned(0)
     rng = np.random.default_rng(3)
