@@ -12,7 +12,7 @@ from test_recommendation import GROWING
 from urdyn.diagnose.ledger import entered
 from urdyn.diagnose.recommend import recommendation
 from urdyn.diagnose.rules_file import read_rules
-from urdyn.diagnose.trust import ALONE, in_company, trust
+from urdyn.diagnose.trust import ALONE, AT_ONCE, in_company, trust
 from urdyn.errors import InputError
 from urdyn.faults import Costs
 
@@ -48,7 +48,8 @@ def test_a_current_sensor_that_goes_wrong_in_company_is_no_service_before_a_pull
     bias, zero = replace(slow, id="bias"), replace(slow, id="zero", kind="encoder_offset")
     gain, worn = replace(slow, id="gain"), replace(slow, id="worn", kind="friction_increase")
     stuck = replace(slow, id="stuck", evidence={"mode": "stuck"})
-    for others in ([], [worn], [stuck], [replace(gain, gone=True)]):  # one sensor is at fault
+    later = replace(gain, alarm_s=slow.alarm_s + AT_ONCE)
+    for others in ([], [worn], [stuck], [later], [replace(gain, gone=True)]):  # one sensor's fault
         assert {f.severity for f in entered((), [bias, *others])[0]} == {"critical"}
     assert {f.severity for f in entered((), [zero, replace(zero, id="other")])[0]} == {"critical"}
     told = {f.id: f for f in entered((), [bias, gain, zero, worn, stuck])[0]}

@@ -21,7 +21,7 @@ from urdyn.simulate.watched import watched
 from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import QUICKER, Drift, Tracker, quantities
 from urdyn.tracking.beside import WATCHED, pose_stream
-from urdyn.tracking.wrench_stream import WrenchStream
+from urdyn.tracking.wrench_stream import ANEW_TOUCHING, WrenchStream
 from urdyn.types import Gaussian
 
 SLIP, ONSET, JOINT = 0.02, 14.0, 1
@@ -253,6 +253,21 @@ def test_a_wrench_that_no_payload_explains_is_contact_and_may_last(ur5e, push, m
         assert stream.touching(felt, now.t) == (touching and at_work)
         assert not touching or (told is None) == at_work
     assert not stream.touching(replace(felt, touching=True), now.t + 1.1)  # silent since
+
+
+def test_a_bias_that_jumps_is_learnt_anew_although_it_looks_like_contact(ur5e):
+    """As it does in most poses, not in all: after a minute of surprise, whichever."""
+    rng, stream, still = np.random.default_rng(4), WrenchStream(ur5e, True), np.zeros(6)
+    felt = replace(stream.init(), noise=NOISE[[0, 3]])
+    known = Gaussian(np.r_[np.zeros(10), BIAS], 0.01 * np.eye(16))
+    touched = []
+    for k in range(ANEW_TOUCHING + 1):
+        now = Instant(0.1125 * k, rng.uniform(-1.5, 1.5, 6), still, still, *np.zeros((4, 6)))
+        w = BIAS + np.r_[40.0, np.zeros(5)] + rng.standard_normal(6) * NOISE
+        felt, told = stream.take(felt, now, np.r_[now.t, w], known)
+        assert (told is None) == (k < ANEW_TOUCHING)
+        touched.append(stream.touching(felt, now.t))
+    assert 0.5 < np.mean(touched[:-1]) < 1.0 and not touched[-1]
 
 
 def test_currents_of_an_arm_whose_sensor_feels_contact_do_not_matter():

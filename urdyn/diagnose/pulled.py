@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.trust import AT_ONCE
 from urdyn.io.run_folder import SEVERITIES
 
 SENSOR = "sensor_fault"
@@ -23,9 +24,13 @@ ADVICE = (
 
 def of_a_pull(findings: Sequence[Finding]) -> list[Finding]:
     """Findings, with slow ones reduced to warnings without a service where a pull is likelier."""
-    pulled = {f.id: f.kind for f in findings if f.kind in NEAREST and f.says.slow and not f.gone}
-    if len(pulled) < 2 or SENSOR not in pulled.values():
-        return list(findings)
+    slow = [f for f in findings if f.kind in NEAREST and f.says.slow and not f.gone]
+    sensors = [f for f in slow if f.kind == SENSOR]
+    pulled = set[str]()
+    for finding in slow:
+        others = slow if finding.kind == SENSOR else sensors
+        if any(f.id != finding.id and abs(f.alarm_s - finding.alarm_s) < AT_ONCE for f in others):
+            pulled.add(finding.id)
     return [_reduced(f) if f.id in pulled else f for f in findings]
 
 

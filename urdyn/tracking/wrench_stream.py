@@ -57,7 +57,8 @@ class Felt:
     noise: Array  # (2,) sd [N, N·m]
     t: float  # [s] of the last row used; -inf: none
     count: float  # rows learnt from
-    doubted: int  # surprising rows in succession, all in contact or none
+    doubted: int  # surprising rows in succession
+    pressed: bool  # some of these in contact
     touching: bool  # in contact, after the last row used
     last: Array  # (6,) the last row used; NaN: none
     bias: Gaussian  # b [N, N·m], after the last row learnt from; NaN: none
@@ -116,6 +117,7 @@ class WrenchStream:
             t=-np.inf,
             count=0.0,
             doubted=0,
+            pressed=False,
             touching=False,
             last=np.full(6, np.nan),
             bias=Gaussian(unknown, np.diag(unknown)),
@@ -132,17 +134,18 @@ class WrenchStream:
             return replace(felt, t=now.t, touching=False), None
         felt, known = replace(felt, t=now.t, last=row[1:]), nothing_besides(z)
         observation, anew = self._linearised(felt, now, row[1:], z), np.zeros(len(z.mean))
+        calm = replace(felt, doubted=0, pressed=False, touching=False)
         touching = self.raw and not self._carried(observation, z)
         if touching or observation.surprise(known) > SURPRISE:
-            doubted = felt.doubted + 1 if touching == felt.touching else 1
-            if doubted <= (ANEW_TOUCHING if touching else ANEW):
-                return replace(felt, doubted=doubted, touching=touching), None
+            doubted, pressed = felt.doubted + 1, felt.pressed or touching
+            if doubted <= (ANEW_TOUCHING if pressed else ANEW):
+                return replace(felt, doubted=doubted, pressed=pressed, touching=touching), None
             anew[len(PAYLOAD_SD) :] = self.own.prior.sd
-            return replace(felt, doubted=0, touching=False), measurement(known, observation, anew)
+            return calm, measurement(known, observation, anew)
         gain = 1.0 / min(felt.count + 10.0, MEMORY)
         squares = updated_noise(felt.noise**2, known, observation, gain)
         noise = np.sqrt(np.maximum(squares, FINEST**2))
-        felt = replace(felt, noise=noise, count=felt.count + 1.0, doubted=0, touching=False)
+        felt = replace(calm, noise=noise, count=felt.count + 1.0)
         return felt, measurement(known, observation, anew)
 
     def settled(self, felt: Felt, z: Gaussian) -> Felt:
