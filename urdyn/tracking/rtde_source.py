@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.errors import LogError
 from urdyn.io.address import joined
 from urdyn.io.clock import credible
 from urdyn.io.rtde.client import Client, Connected, Dropped, connect, parse_address
@@ -48,7 +49,11 @@ def robot(
     optional = {CHANNELS[1], CHANNELS[3], *asked} - {contact and contact.channel}
     client = connect(host, port, (*needed, *asked), rate, optional=optional, awake=AWAKE)
     if contact:
-        contact.require_lone(client.agreement.recipe.dtype[contact.channel].shape, name)
+        try:
+            contact.require_lone(client.agreement.recipe.dtype[contact.channel].shape, name)
+        except LogError:
+            client.close()
+            raise
     period = client.agreement.period
     count = None if duration is None else max(1, round(duration / period))
 
