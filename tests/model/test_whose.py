@@ -16,7 +16,7 @@ from urdyn.io import read
 from urdyn.io.calibration_file import read_calibration
 from urdyn.model.arm import load_arm, read_arm
 from urdyn.model.geometry.turns import pose_of, turn_z
-from urdyn.model.library import names
+from urdyn.model.library import RERATED, names
 from urdyn.model.whose import CLEARLY, EXACT, STEADY, misplaced, misweighed
 from urdyn.simulate.tool import tool_pose
 from urdyn.tracking.offline import track
@@ -108,6 +108,21 @@ def test_nothing_is_told_of_an_arm_that_stands_or_of_one_s_own_drawing() -> None
     own = read_arm(shipped("ur10").urdf.replace('name="ur10"', 'name="mine"'))
     assert own.name == "mine" and misplaced(own, drawn("ur10e", waves(1, 0.3))) == ""
     assert misplaced(shipped("ur10"), log_of(standing)) == ""
+
+
+@pytest.mark.parametrize("true", ARMS)
+@pytest.mark.parametrize(("robot", "before"), RERATED.items())
+def test_an_arm_that_is_sold_anew_is_no_other_than_its_older_self(
+    robot: str, before: str, true: str
+) -> None:
+    place = misplaced(shipped(robot), drawn(true, waves(1, 0.3)))
+    load = misweighed(shipped(robot), resting(true, np.zeros(4), False))
+    if true == before:
+        assert place == load == ""
+        untold = resting(true, np.array([1.3, 0.0, 0.02, 0.08]), False)
+        assert misweighed(shipped(robot), untold) == ""
+    else:
+        assert f"where a {true} has its tool" in place and f"what a {true} takes" in load
 
 
 def test_a_log_that_no_arm_fits_names_none() -> None:

@@ -19,9 +19,14 @@ def folder() -> Path:
 
 
 def names() -> tuple[str, ...]:
-    """Arms that have a URDF here, small ones first; `load_arm` knows those of RERATED, too."""
+    """Arms that have a URDF here, small ones first."""
     found = (path.stem for path in folder().glob("*.urdf"))
     return tuple(sorted(found, key=lambda name: (int(re.sub(r"\D", "", name) or 0), name)))
+
+
+def robots() -> tuple[str, ...]:
+    """Names that `load_arm` knows: those of `names`, and of RERATED."""
+    return (*names(), *RERATED)
 
 
 def find(robot: str | Path) -> Path:
@@ -30,5 +35,5 @@ def find(robot: str | Path) -> Path:
         return folder() / f"{name}.urdf"
     if (path := Path(str(robot))).is_file():
         return path
-    known = ", ".join((*names(), *RERATED))
+    known = ", ".join(robots())
     raise ArmError(f"no arm {str(robot)!r}: name one of {known}, or give the path of a URDF")

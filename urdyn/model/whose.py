@@ -13,8 +13,8 @@ from collections.abc import Callable
 import numpy as np
 
 from urdyn.errors import LogError
-from urdyn.model.arm import Arm, controller_base, described, load_arm
-from urdyn.model.library import names
+from urdyn.model.arm import Arm, controller_base, load_arm
+from urdyn.model.library import names, robots
 from urdyn.types import STANDSTILL, Array, Index, Log, Mask
 
 ROWS = 300  # that are examined
@@ -96,7 +96,9 @@ def _nearer(arm: Arm, off: Off, least: float, near: float) -> tuple[str, float, 
 def _asked(arm: Arm, log: Log, channel: str) -> bool:
     """Whether a log has the channel for six joints, and the arm is as urdyn ships it."""
     told = channel in log and log.channels[channel].shape[1:] == (6,)
-    return told and "actual_q" in log and log.joints == arm.joints == 6 and not described(arm)
+    if not (told and "actual_q" in log and log.joints == arm.joints == 6):
+        return False
+    return arm.name in robots() and arm.urdf == load_arm(arm.name).urdf
 
 
 def _some(which: Mask) -> Index:
