@@ -137,6 +137,12 @@ def test_a_run_is_not_shown_on_another_arm(tracked):
     assert "is of ur10e; leave --robot ur3 out" in refused(view(tracked[1], "--robot", "ur3"))
 
 
+def test_a_run_of_an_arm_that_is_sold_anew_opens_as_that(tracked, tmp_path):
+    run = renamed(tracked[1] / "history.parquet", tmp_path, "ur12e")
+    assert find(Asked(str(run))).arm.name == "ur12e"
+    assert "is of ur12e; leave --robot ur10e out" in refused(view(run, "--robot", "ur10e"))
+
+
 def test_a_bag_folder_is_a_log(tracked, story, tmp_path):
     pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
     bag, run = tmp_path / "bag", tmp_path / "run"

@@ -12,7 +12,7 @@ from urdyn.errors import InputError, LogError, TwinError
 from urdyn.identify.fit import Fit
 from urdyn.io import Effort, is_log, sha256
 from urdyn.model.arm import Arm, load_arm
-from urdyn.model.library import names
+from urdyn.model.library import robots
 from urdyn.report.track.history import History, find_history
 from urdyn.tracking import Tracker, open_source
 from urdyn.tracking.checkpoint import whose
@@ -95,7 +95,7 @@ def _folder(folder: Path, run: History, asked: Asked) -> Found:
     """A run that is over, or one in progress."""
     made_of = run.provenance
     known = made_of.get("robot")
-    if known != asked.robot and {known, asked.robot} <= {*names()}:
+    if known != asked.robot and {known, asked.robot} <= {*robots()}:
         raise InputError(f"{folder}: is of {known}; leave --robot {asked.robot} out")
     arm, fit = _arm(asked, known)
     if fit and asked.twin and made_of.get("twin.sha256") not in (None, "", sha256(asked.twin)):
@@ -144,6 +144,6 @@ def _arm(asked: Asked, known: str | None = None) -> tuple[Arm, Fit | None]:
     if asked.twin:
         fit = ud.Twin.load(asked.twin).fit
         return fit.dynamics.arm, fit
-    if named := asked.robot or (known if known in names() else None):
+    if named := asked.robot or (known if known in robots() else None):
         return load_arm(named), None
     raise InputError(f"{asked.source}: {WHICH}")
