@@ -58,6 +58,13 @@ def counted(since: float, by: int) -> Break:
     return broken
 
 
+def stamped(date: Callable[[int], str]) -> Break:
+    """Stamps that are written as dates, by the row."""
+    return lambda t: joined(
+        [t[0], *(f"{date(n)},{row.split(',', 1)[1]}" for n, row in enumerate(t[1:]))]
+    )
+
+
 MENDED: dict[str, tuple[Break, str, int, int, int]] = {
     # what -> how, kind of defect, count, line, rows left of 50
     "half a last row": (lambda t: joined(t)[:-12], "truncated row", 1, 51, 49),
@@ -256,12 +263,18 @@ REFUSED: dict[str, tuple[Break, str]] = {
             ("nanoseconds", 10**9, 1.6e3),  # as many as milliseconds since 1970
         )
     },
-    "dates in digits": (
-        lambda t: joined(
-            [t[0], *(f"202007141639{n:02},{r.split(',', 1)[1]}" for n, r in enumerate(t[1:]))]
-        ),
-        "log.csv:2: its stamps are dates, YYYYMMDDhhmmss, .* write them in s, .* --rate in Hz$",
-    ),
+    **{
+        f"dates in digits, {what}": (
+            stamped(date),
+            "log.csv:2: its stamps are dates that begin with YYYYMMDDhhmmss; "
+            "write them in s, or without them say the --rate in Hz$",
+        )
+        for what, date in (
+            ("of whole seconds", lambda n: f"202007141639{n:02}"),
+            ("with milliseconds", lambda n: f"20200714163959{20 * n:03}"),
+            ("but for one", lambda n: f"202007141639{n:02}" if n else "0"),
+        )
+    },
     "stamps of no clock": (
         lambda t: joined([t[0], *("9" * 30 + row for row in t[1:])]),
         "log.csv:2: 50 of 50 rows cannot be used: 50 x impossible stamp",

@@ -57,8 +57,8 @@ def _in_another_unit(t: Array) -> str:
     """What stamps (N,) are, and what to do; "" where they may be in seconds."""
     if clock.dated(t):
         return (
-            "its stamps are dates, YYYYMMDDhhmmss, of whole seconds; write them in s, or without "
-            "them say the --rate in Hz"
+            "its stamps are dates that begin with YYYYMMDDhhmmss; write them in s, or without them "
+            "say the --rate in Hz"
         )
     if unit := clock.finer(t):
         by = clock.UNITS[unit]
