@@ -426,6 +426,26 @@ def test_pushes_on_one_link_are_acknowledged_together(tmp_path: Path) -> None:
     assert list(acknowledged(tmp_path).seen) == ids[:2]
 
 
+@pytest.mark.parametrize(
+    ("name", "seen"),
+    [
+        ("gain.a", ["gain.a"]),
+        ("gain.a@b", ["gain.a@b"]),
+        ("push.a", ["push.a@2.7"]),
+        ("push.a@b", ["push.a@b@2.7", "push.a@b@-13.5"]),
+        ("push.a@b@2.7", ["push.a@b@2.7"]),
+    ],
+)
+def test_a_part_whose_name_looks_stamped_is_acknowledged_alone(
+    name: str, seen: list[str], tmp_path: Path
+) -> None:
+    ids = ("gain.a", "gain.a@b", "push.a@2.7", "push.a@b@2.7", "push.a@b@-13.5")
+    each = [replace(FOUND, id=known) for known in ids]
+    document = findings_document(each, ("a", "b", "c"), [True] * 3, (), {}, {}, read_rules())
+    (tmp_path / "findings.json").write_text(json.dumps(document))
+    assert [finding["id"] for finding in acknowledge(tmp_path, name)] == seen
+
+
 def test_what_was_acknowledged_is_not_told_again_by_chance() -> None:
     sd, blocks = 0.03, 1000
     seen, *later = sd * np.random.default_rng(0).standard_normal(1 + blocks)

@@ -6,6 +6,7 @@ Who sets the controller to a load has seen it, unless it is critical.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from urdyn.report.findings import DAMAGE
 
 FILE = "acknowledged.json"
 WORSE = 1.5  # [-] times its size when it was seen
+STAMP = re.compile(r"@-?\d+\.\d$")  # ends the id of a push; names of joints may hold "@", too
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ def acknowledge(folder: Path, name: str) -> list[Mapping[str, Any]]:
     """Mark findings of DIR/findings.json as seen, as tracking again would; returns them.
 
     Args:
-        name: the id of one, or that of several without their stamps, "@" and what follows it.
+        name: the id of one, or else that of several without their stamps, such as "@2.7".
 
     Raises:
         InputError: there is no such finding, or no findings at all, or they are damaged.
@@ -66,7 +68,8 @@ def acknowledge(folder: Path, name: str) -> list[Mapping[str, Any]]:
     found = document.get("findings") if isinstance(document, dict) else None
     each = found if isinstance(found, list) else []
     findings = {f["id"]: f for f in each if isinstance(f, dict) and isinstance(f.get("id"), str)}
-    named = {key: f for key, f in findings.items() if name in (key, key.partition("@")[0])}
+    alike = {key: f for key, f in findings.items() if STAMP.sub("", key) == name}
+    named = {name: findings[name]} if name in findings else alike
     if not named:
         there = ", ".join(findings) or "none"
         raise InputError(f"{folder}: has no finding {name!r}; there is {there}")
