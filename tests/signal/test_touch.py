@@ -11,6 +11,7 @@ import urdyn as ud
 from urdyn.errors import InputError, LogError
 from urdyn.model.arm import load_arm
 from urdyn.signal import Touch, measured, samples, touch_of
+from urdyn.signal.channels import IN_CONTACT, ever_in_contact
 from urdyn.types import Log
 
 WORK = slice(40, 70)
@@ -38,6 +39,8 @@ def _with(log: Log, usual: float, at_work: float) -> Log:
         (f"{BITS}:3", 16.0 + 4.0, 8.0),
         (f"{BITS}:52", 2.0**52 - 1.0, 2.0**52),
         (f"{BITS}:31", np.nan, -1.0),  # a register of 32 bits, all set
+        (BITS, np.inf, 2.0),
+        (f"{BITS}:1", -np.inf, 2.0),
     ],
 )
 def test_rows_in_contact_are_without_currents_and_counted(log, where, usual, at_work) -> None:
@@ -57,6 +60,15 @@ def test_a_stream_that_never_tells_contact_keeps_its_currents(log) -> None:
     assert measured(marked) is marked and not any(s.in_contact for s in samples(marked))
 
 
+def test_what_a_log_says_of_contact_and_every_call_count_together(log) -> None:
+    own = np.zeros(len(log))
+    own[:2], own[2:4] = -1.0, np.inf
+    log = replace(log, channels={**log.channels, IN_CONTACT: own})
+    twice = ud.in_contact(ud.in_contact(_with(log, 1.0, 4.0), f"{BITS}:2"), f"{BITS}:7")
+    told = np.flatnonzero(ever_in_contact(twice)).tolist()
+    assert told == [0, 1, *range(WORK.start, WORK.stop)]
+
+
 def test_a_channel_that_cannot_tell_contact_is_refused(log) -> None:
     with pytest.raises(LogError, match="has no channel tool_touches to say when the arm is in"):
         ud.in_contact(log, "tool_touches")
@@ -64,9 +76,11 @@ def test_a_channel_that_cannot_tell_contact_is_refused(log) -> None:
         ud.in_contact(log, "actual_q:1")
 
 
-@pytest.mark.parametrize("text", ["", ":3", "bits:", "bits:x", "bits:-1", "bits:53", "two words"])
-def test_what_names_no_channel_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match=r"^contact "):
+@pytest.mark.parametrize(
+    "text", ["", ":3", "bits:", "bits:x", "bits:-1", "bits:53", "two words", None, 3]
+)
+def test_what_names_no_channel_is_refused(text: object) -> None:
+    with pytest.raises(InputError, match=r"^contact\b"):
         touch_of(text)
 
 

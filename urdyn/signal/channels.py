@@ -28,7 +28,7 @@ POSSIBLE = np.array([1e4, 30.0, 1e4, 200.0])
 # in backdrive; or a bit says that the teach button is pressed. Both as in UR's RTDE guide.
 STATUS = ("robot_mode", "robot_status_bits")
 RUNNING, TEACHING = 7, 4
-# Not 0 while the arm works in contact: what `Touch` marks, or a log of that name.
+# Not 0 while the arm works in contact: what `Touch` marks, or a log's own channel of that name.
 IN_CONTACT = "contact_state"
 UNKNOWN = np.array(np.nan)
 
@@ -57,7 +57,8 @@ def ever_undriven(log: Log) -> Mask:
 
 def ever_in_contact(log: Log) -> Mask:
     """Rows of a log in which its arm works in contact, (N,); none where the log does not say."""
-    return np.broadcast_to(_told(log, IN_CONTACT) > 0, len(log))
+    told = _told(log, IN_CONTACT)
+    return np.broadcast_to(np.isfinite(told) & (told != 0.0), len(log))
 
 
 def _told(log: Log, name: str) -> Array:

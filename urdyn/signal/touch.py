@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from urdyn.errors import InputError, LogError
-from urdyn.signal.channels import IN_CONTACT
+from urdyn.given import given_a
+from urdyn.signal.channels import IN_CONTACT, ever_in_contact
 from urdyn.types import Log
 
 BITS = 53  # bits of a whole number that a channel holds exactly
@@ -40,9 +41,9 @@ class Touch:
         return f"has no channel {self.channel} to say when the arm is in contact"
 
     def felt(self, value: Any) -> Any:
-        """Whether values of the channel say contact; a number, or (N,); NaN does not."""
-        bit = value if self.bit is None else value // 2**self.bit % 2
-        return (bit > 0) | (bit < 0)
+        """Whether values of the channel say contact; a number, or (N,); none that is not finite."""
+        known = np.where(np.isfinite(value), value, 0.0)
+        return (known if self.bit is None else known // 2**self.bit % 2) != 0.0
 
     def require_lone(self, shape: tuple[int, ...], path: str) -> None:
         """LogError where a row of the channel is of that `shape`, and not one number."""
@@ -52,18 +53,18 @@ class Touch:
             )
 
     def marked(self, log: Log) -> Log:
-        """The log with these rows in contact; LogError where it has no such channel."""
+        """The log with these rows in contact, too; LogError where it has no such channel."""
         if self.channel not in log:
             raise LogError(self.unknown, log.source.path)
         value = log.channels[self.channel]
         self.require_lone(value.shape[1:], log.source.path)
-        told = np.asarray(self.felt(value), dtype=np.float64)
-        return replace(log, channels={**log.channels, IN_CONTACT: told})
+        told = self.felt(value) | ever_in_contact(log)
+        return replace(log, channels={**log.channels, IN_CONTACT: told.astype(np.float64)})
 
 
 def touch_of(text: str) -> Touch:
     """The touch that CHANNEL or CHANNEL:BIT names."""
-    match = FORM.fullmatch(text)
+    match = FORM.fullmatch(given_a(text, str, "contact", "CHANNEL or CHANNEL:BIT"))
     if not match:
         told = "write CHANNEL, or CHANNEL:BIT, like actual_digital_output_bits:3"
         raise InputError(f"contact {text!r}: {told}")
@@ -75,10 +76,11 @@ def in_contact(log: Log, where: str) -> Log:
 
     day = urdyn.in_contact(urdyn.read("day.parquet"), "actual_digital_output_bits:3")
 
-    Their currents are not learnt from and not judged, by whatever takes the log.
+    Their currents are not learnt from and not judged, by whatever takes the log. Rows that were
+    marked stay so, whether by an earlier call or by a channel `contact_state` of the log's own.
 
     Args:
-        where: CHANNEL or CHANNEL:BIT; not 0 in contact.
+        where: CHANNEL or CHANNEL:BIT; in contact a finite number other than 0.
 
     Raises:
         InputError: `where` is no such name.
