@@ -60,6 +60,16 @@ def test_a_stream_that_never_tells_contact_keeps_its_currents(log) -> None:
     assert measured(marked) is marked and not any(s.in_contact for s in samples(marked))
 
 
+@pytest.mark.parametrize(
+    ("channel", "value", "why"),
+    [(IN_CONTACT, 1.0, "in contact"), ("robot_mode", 3.0, "moved by hand or without power")],
+)
+def test_a_log_that_keeps_no_current_is_refused_by_what_took_them(log, channel, value, why) -> None:
+    marked = replace(log, channels={**log.channels, channel: np.full(len(log), value)})
+    with pytest.raises(LogError, match=f"^no current is left without those of an arm {why}"):
+        ud.condition(marked)
+
+
 def test_what_a_log_says_of_contact_and_every_call_count_together(log) -> None:
     own = np.zeros(len(log))
     own[:2], own[2:4] = -1.0, np.inf

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from urdyn.errors import LogError
 from urdyn.signal.channels import ever_in_contact, ever_undriven, noted
 from urdyn.signal.stretches import median_step
 from urdyn.signal.stuck import without_stuck
@@ -18,7 +19,7 @@ def measured(log: Log) -> Log:
 
     Angles and velocities of a stuck sensor, single ones that are out of reach of the rows beside
     them, and currents of an arm that does not move itself, or works in contact. Of rows with one
-    stamp the first is kept.
+    stamp the first is kept. LogError where no current is left.
     """
     return without_torn(without_stuck(_without_contact(_without_undriven(_without_repeats(log)))))
 
@@ -34,10 +35,13 @@ def _without_contact(log: Log) -> Log:
 
 
 def _without_currents(log: Log, where: Mask, why: str) -> Log:
-    """The log without currents in some rows (N,), counted."""
+    """The log without currents in some rows (N,), counted; LogError if no other has any."""
     if not where.any() or "actual_current" not in log:
         return log
     current = np.where(where[:, None], np.nan, log.joint("actual_current"))
+    if not np.isfinite(current).any() and np.isfinite(log.joint("actual_current")).any():
+        told = f"no current is left without those of an arm {why}: they do not tell it"
+        raise LogError(told, log.source.path, column="actual_current")
     kind, count = f"sample of an arm {why}", int(np.count_nonzero(where))
     defects = noted(log, kind, count, "taken without its currents")
     return replace(log, channels={**log.channels, "actual_current": current}, defects=defects)
