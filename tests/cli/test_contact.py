@@ -7,6 +7,7 @@ import pytest
 
 from urdyn.cli.asked import read_as
 from urdyn.cli.campaign import read_campaign
+from urdyn.cli.recording import Recording
 from urdyn.errors import CampaignError
 from urdyn.io import write
 from urdyn.signal import Touch
@@ -37,3 +38,12 @@ def test_a_log_is_read_with_the_contact_that_is_named_for_it(tmp_path: Path) -> 
     (tmp_path / "campaign.toml").write_text(CAMPAIGN.replace("touches", ""))
     with pytest.raises(CampaignError, match="contact '': write CHANNEL"):
         read_campaign(tmp_path / "campaign.toml")
+
+
+def test_a_recording_that_is_never_in_contact_by_what_was_named_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    write(Log(0.1 * np.arange(4.0), {"bits": np.full(4, 8.0), "payload": np.zeros(4)}), path)
+    named = [Recording(path, contact=touch) for touch in (None, Touch("bits", 3), Touch("bits", 5))]
+    said = [one.complaints(one.read()) for one in named]
+    never = f"{path}: never in contact by bits:5: is it the right channel and bit?"
+    assert said == [[], [], [never]]

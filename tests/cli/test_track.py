@@ -90,6 +90,14 @@ def test_logs_that_follow_each_other_are_one_run(story, twin, tmp_path):
     assert provenance["source.sha256"] == " ".join(map(sha256, days))
 
 
+def test_a_run_that_is_never_in_contact_by_what_was_named_says_so(story, twin, tmp_path):
+    quick = ("--out", tmp_path, "--filter", "ekf", "--no-diagnosis", "--rows", "0:20")
+    with without_pages():
+        told = tracked(twin, story.held_out, *quick, "--contact", "payload:5")
+    assert told.exit_code == 0, told.stderr
+    assert f"{story.held_out}: never in contact by payload:5: is it the right" in told.stderr
+
+
 def test_a_robot_at_work_is_tracked_alone(story, twin, tmp_path):
     told = tracked(twin, story.log, "rtde://127.0.0.1:1", "--out", tmp_path)
     assert told.exit_code == 1 and "by itself" in told.stderr and told.stderr.count("\n") == 1

@@ -66,8 +66,8 @@ def carry_out(campaign: Campaign, progress: Progress) -> Outcome:
     for motion in motions:
         amiss = amiss_in(fit.dynamics, motion.q, motion.current)
         defects += complaints(motion.source.path, amiss)
-    for score in held_out:
-        defects += complaints(score.log.source.path, score.log.defects)
+    for recording, score in zip(campaign.validate, held_out, strict=True):
+        defects += recording.complaints(score.log)
     setting = settings[-1] if settings else None
     return Outcome(fit, (*seen, *held_out), wall, truth, tuple(defects), setting)
 
@@ -81,7 +81,7 @@ def _conditioned(recording: Recording, arm: Arm) -> tuple[ud.Motion, list[str], 
 
     log = measured(recording.read())
     require_own(arm, log)
-    return conditioned(log), complaints(log.source.path, log.defects), setting_of(log)
+    return conditioned(log), recording.complaints(log), setting_of(log)
 
 
 def _beginning(recording: Recording, motion: ud.Motion) -> Recording:

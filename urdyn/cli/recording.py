@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import urdyn as ud
+from urdyn.cli.voice import complaints
 from urdyn.errors import InputError
 from urdyn.io.effort import UNTOLD, Effort
-from urdyn.signal.channels import IN_CONTACT, STATUS
+from urdyn.signal.channels import IN_CONTACT, STATUS, ever_in_contact
 from urdyn.signal.touch import Touch
 
 # All that dynamics needs from a log; an hour of all channels would fill the memory.
@@ -49,6 +50,12 @@ class Recording:
             effort=self.effort,
         )
         return self.contact.marked(log) if self.contact else log
+
+    def complaints(self, log: ud.Log) -> list[str]:
+        """What to say of its log, in a line each: defects, and that no row is in contact."""
+        touch = self.contact
+        unfelt = [touch.unfelt] if touch and not ever_in_contact(log).any() else []
+        return complaints(log.source.path, (*log.defects, *unfelt))
 
 
 def slice_of(text: str) -> Rows:

@@ -114,6 +114,7 @@ def track(
     require_folder(out)
     _require_free(out)
     (fit, twin_sha256), part = load_fit(twin, sources), slice_of(rows) if rows is not None else None
+    touch = contact_named(contact)
     effort, beside = Effort(effort_unit, fit.dynamics.drive.gain), wanted(poses, wrench)
     healthy = None if no_diagnosis else known_rules(rules, false_alarm_hours)
     with (
@@ -130,7 +131,7 @@ def track(
                 beside,
                 voice.note,
                 more,
-                contact_named(contact),
+                touch,
             )
         ) as stream,
         watching(fit.dynamics.arm.joint_names, voice) as shown,
@@ -157,6 +158,8 @@ def track(
     summary |= {"surprise": _report(out, summary, voice)}
     if poses and (why := unused(summary)):
         voice.note(why)
+    if touch and not summary["quality"]["in_contact"]:
+        voice.note(f"{stream.name}: {touch.unfelt}")
     _tell(summary, voice)
     for path in hand(fit, summary, hand_over or (), out):
         voice.note(f"written: {path}")

@@ -12,7 +12,7 @@ from urdyn.cli.asked import read_as, typed
 from urdyn.cli.options import Columns, Contact, Json, Logs, Quiet, Rate, Rows, Unit
 from urdyn.cli.recording import Recording
 from urdyn.cli.twin_file import load_fit
-from urdyn.cli.voice import Voice, complaints
+from urdyn.cli.voice import Voice
 from urdyn.io.effort import Effort
 
 TwinFile = Annotated[Path, typer.Argument(metavar="TWIN", show_default=False)]
@@ -61,8 +61,8 @@ def validate(
         page = validate_page(fit, scores, typed(), [doubt] if doubt else [])
         write_folder(out, {"validation.html": page})
         voice.note(f"written: {out / 'validation.html'}")
-    for score in scores:
-        voice.note(*complaints(score.log.source.path, score.log.defects))
+    for recording, score in zip(recordings, scores, strict=True):
+        voice.note(*recording.complaints(score.log))
     voice.show(validate_table(scores, fit))
     voice.doubt(*([doubt] if doubt else []))
     voice.show(verdict(fit, scores))

@@ -40,6 +40,11 @@ class Touch:
         """What is said of a stream without the channel."""
         return f"has no channel {self.channel} to say when the arm is in contact"
 
+    @property
+    def unfelt(self) -> str:
+        """What is said of a stream that is never in contact."""
+        return f"never in contact by {self}: is it the right channel and bit?"
+
     def felt(self, value: Any) -> Any:
         """Whether values of the channel say contact; a number, or (N,); none that is not finite."""
         known = np.where(np.isfinite(value), value, 0.0)
