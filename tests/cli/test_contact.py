@@ -4,9 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from urdyn.cli.app import app
 from urdyn.cli.asked import read_as
-from urdyn.cli.campaign import read_campaign
+from urdyn.cli.campaign import Campaign, read_campaign
 from urdyn.cli.recording import Recording
 from urdyn.errors import CampaignError
 from urdyn.io import write
@@ -38,6 +40,19 @@ def test_a_log_is_read_with_the_contact_that_is_named_for_it(tmp_path: Path) -> 
     (tmp_path / "campaign.toml").write_text(CAMPAIGN.replace("touches", ""))
     with pytest.raises(CampaignError, match="contact '': write CHANNEL"):
         read_campaign(tmp_path / "campaign.toml")
+
+
+def test_the_option_reaches_every_recording_of_a_campaign(tmp_path, monkeypatch) -> None:
+    kinds = [f'[[{kind}]]\npath = "run.csv"\n' for kind in ("payload", "validate")]
+    (tmp_path / "campaign.toml").write_text(CAMPAIGN + "".join(kinds))
+    write(Log(np.arange(4.0), {"bits": np.arange(4.0)}), tmp_path / "run.csv")
+    asked: list[Campaign] = []
+    monkeypatch.setattr("urdyn.cli.identify._run", lambda campaign, _: asked.append(campaign))
+    line = ["identify", str(tmp_path / "campaign.toml"), "--contact", "bits:0"]
+    assert CliRunner().invoke(app, line).exit_code == 0
+    (given,) = asked
+    every = (*given.logs, *given.payloads, *given.validate)
+    assert [one.contact for one in every] == 4 * [Touch("bits", 0)]
 
 
 def test_a_recording_that_is_never_in_contact_by_what_was_named_says_so(tmp_path: Path) -> None:

@@ -100,6 +100,7 @@ def identify(
         campaign,
         logs=read_as(campaign.logs, columns, rows, rate, contact),
         payloads=read_as(payloads, columns, payload_rows, rate, contact),
+        validate=read_as(campaign.validate, None, None, None, contact),
     )
     _run(campaign, Voice(json, quiet))
 
