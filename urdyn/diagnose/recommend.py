@@ -157,8 +157,8 @@ def _recurring(fresh: Sequence[Mapping[str, Any]]) -> str:
         return ""
     return (
         f"; {len(times)} pushes on {name}, every {number(np.median(np.diff(sorted(times))))} s or "
-        "so: if that is the work, name what tells of it by --contact, or raise `least` and "
-        "`warning` of [kind.collision] in the rules"
+        "so: if that is the work, name what tells of it by --contact, or raise least and "
+        "warning of [kind.collision] in the rules"
     )
 
 
