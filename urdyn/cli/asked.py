@@ -13,9 +13,8 @@ from typing import Any, TypeVar
 import typer
 
 from urdyn.cli.campaign import Campaign, read_campaign
-from urdyn.cli.recording import Recording, numbers_of, slice_of
+from urdyn.cli.recording import Recording, contact_named, numbers_of, slice_of
 from urdyn.cli.tool import Tool, tool_of
-from urdyn.signal.touch import Touch, touch_of
 
 T = TypeVar("T", Campaign, Recording)
 
@@ -70,11 +69,6 @@ def read_as(
     part = slice_of(rows) if rows is not None else None
     options = {"columns": columns, "rows": part, "rate": rate, "contact": contact_named(contact)}
     return tuple(overridden(one, **options) for one in recordings)
-
-
-def contact_named(text: str | None) -> Touch | None:
-    """The CHANNEL[:BIT] of an option."""
-    return None if text is None else touch_of(text)
 
 
 def gains_of(text: str | None) -> tuple[float, ...] | None:

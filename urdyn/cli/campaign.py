@@ -25,11 +25,10 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from urdyn.cli.recording import Recording, slice_of
+from urdyn.cli.recording import Recording, contact_named, slice_of
 from urdyn.cli.tool import Tool, tool_of
 from urdyn.cli.virtual import Simulation
 from urdyn.errors import CampaignError, InputError
-from urdyn.signal.touch import touch_of
 
 NUMBER = (int, float)
 RECORDING = {"path": str, "columns": str, "rows": str, "rate": NUMBER, "contact": str}
@@ -134,7 +133,7 @@ def _recordings(document: dict[str, Any], key: str, folder: Path) -> tuple[Recor
             rows=rows,
             rate=table.get("rate"),
             mass=table.get("mass"),
-            contact=None if contact is None else touch_of(contact),
+            contact=contact_named(contact),
         )
         found.append(one)
     return tuple(found)

@@ -12,7 +12,7 @@ from urdyn.cli.voice import complaints
 from urdyn.errors import InputError
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.signal.channels import IN_CONTACT, STATUS, ever_in_contact
-from urdyn.signal.touch import Touch
+from urdyn.signal.touch import Touch, touch_of
 
 # All that dynamics needs from a log; an hour of all channels would fill the memory.
 CHANNELS = (
@@ -56,6 +56,11 @@ class Recording:
         touch = self.contact
         unfelt = [touch.unfelt] if touch and not ever_in_contact(log).any() else []
         return complaints(log.source.path, (*log.defects, *unfelt))
+
+
+def contact_named(text: str | None) -> Touch | None:
+    """What CHANNEL or CHANNEL:BIT names."""
+    return None if text is None else touch_of(text)
 
 
 def slice_of(text: str) -> Rows:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import urdyn as ud
-from urdyn.cli.asked import contact_named
 from urdyn.cli.diagnosing import (
     FAILED,
     FailOnFinding,
@@ -28,7 +27,7 @@ from urdyn.cli.ending import ended_by
 from urdyn.cli.idle import idle
 from urdyn.cli.listening import listening, unused, wanted
 from urdyn.cli.options import Columns, Contact, Json, Quiet, Rows, Unit
-from urdyn.cli.recording import slice_of
+from urdyn.cli.recording import contact_named, slice_of
 from urdyn.cli.track_options import (
     FILTERS,
     CalibrationFile,
