@@ -12,7 +12,7 @@ import numpy as np
 
 from urdyn.errors import LogError
 from urdyn.io.address import joined
-from urdyn.io.clock import credible
+from urdyn.io.clock import DRIFT, credible
 from urdyn.io.rtde.client import Client, Connected, Dropped, connect, parse_address
 from urdyn.io.rtde.link import Package
 from urdyn.signal import BESIDE, POSE, SETTING, UNSET, Sample, Touch
@@ -21,7 +21,6 @@ from urdyn.signal.stretches import GAP
 from urdyn.tracking.source import CHANNELS, LATEST, LOOK, Arrival, Source, Tell
 
 PAUSE = 0.1  # [s] without a package, after which their delay is estimated anew
-DRIFT = 1e-4  # [-] by which the rates of two clocks may differ
 # [s] between packages up to which their reader does not sleep. On two processors of a busy host,
 # samples took half as long again if it slept, and 1 in 100 three times as long.
 AWAKE = 4e-3
