@@ -8,11 +8,13 @@ import numpy as np
 
 from urdyn.identify import Fit, Score
 from urdyn.identify.another_load import another_load
+from urdyn.model.population import KAPPA, KAPPA_SD
 from urdyn.model.whose import misweighed
 from urdyn.report.digits import interval90, number
 from urdyn.report.evidence import UNSEEN, pool, seen, telling
 from urdyn.report.names import joints
 from urdyn.signal.channels import has_velocities, mean_measured
+from urdyn.types import NORMAL90
 
 LEVEL, LITTLE = 0.9, 0.5  # [-] coverage of the intervals; of that, in a wrong arm's twin
 FAR = 4.0  # [sd] of the spread within a type: right arms were within 1.3, others beyond 4
@@ -57,8 +59,8 @@ SKEWED = (
 )
 OTHERWISE_WARM = (
     "joints were up to {} K {} than in the twin's logs, which do not tell what warmth does to {}: "
-    "prediction takes the usual effect, 1.4 ± 0.7 % of viscous friction per kelvin; better compare "
-    "warm with warm"
+    "prediction takes the usual effect, {:.1f} ± {:.1f} % of viscous friction per kelvin; better "
+    "compare warm with warm"
 )
 UNLEARNT = (
     "the logs tell next to nothing of the friction of {}: where a joint hardly moved, its values "
@@ -110,7 +112,9 @@ def otherwise_warm(fit: Fit, scores: Sequence[Score]) -> list[str]:
     if abs(most) <= WARMER:
         return []
     which = _named(fit, np.abs(apart).max(axis=0) > WARMER)
-    return [OTHERWISE_WARM.format(number(abs(most)), "warmer" if most > 0.0 else "colder", which)]
+    way = "warmer" if most > 0.0 else "colder"
+    usual, half = 100.0 * KAPPA, 100.0 * NORMAL90 * KAPPA_SD
+    return [OTHERWISE_WARM.format(number(abs(most)), way, which, usual, half)]
 
 
 def unlearnt(fit: Fit) -> list[str]:
