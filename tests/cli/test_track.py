@@ -103,7 +103,7 @@ def test_a_robot_at_work_is_tracked_alone(story, twin, tmp_path):
     assert told.exit_code == 1 and "by itself" in told.stderr and told.stderr.count("\n") == 1
 
 
-def test_who_tracks_holds_no_reader_of_tables_and_no_optimiser(story, twin, tmp_path):
+def test_who_tracks_holds_no_reader_of_tables_and_nothing_of_scipy(story, twin, tmp_path):
     """Its memory is promised: what reads and draws histories is in processes of its own."""
     options = ("--filter", "ekf", "--rows", "0:100", "--out", tmp_path, "-q")
     command = (
@@ -119,7 +119,7 @@ def test_who_tracks_holds_no_reader_of_tables_and_no_optimiser(story, twin, tmp_
     )
     told = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=True)
     assert "urdyn.tracking.change_detection" in told.stderr
-    for heavy in ("pyarrow", "pandas", "scipy.optimize"):
+    for heavy in ("pyarrow", "pandas", "scipy", "urllib.request"):
         assert heavy not in told.stderr
 
 

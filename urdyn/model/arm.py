@@ -12,9 +12,9 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from html import escape
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import escape
 
 import numpy as np
 import pinocchio as pin
@@ -218,7 +218,7 @@ def _located(urdf: str, folder: Path) -> str:
 
     It goes into other files, in other folders: there such names would mean nothing.
     """
-    home = escape(f"{folder}/", {'"': "&quot;", "'": "&apos;"})
+    home = escape(f"{folder}/")
     return RELATIVE.sub(lambda found: found[0] + home, urdf)
 
 

@@ -25,9 +25,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import erfc, inf, log, sqrt
 
 import numpy as np
-from scipy.special import log_ndtr
 
 from urdyn.dbn.wear import Wear
 from urdyn.types import Array, Gaussian, Mask
@@ -62,10 +62,12 @@ class HealthPrior:
         back = lever.swapaxes(1, 2)
         mean = belief.mean - (back @ missed[..., None])[..., 0]
         cov = belief.cov - back @ lever
-        less = log_ndtr(-mean[:, k:] / np.sqrt(np.diagonal(cov, axis1=1, axis2=2)[:, k:]))
         excepted = ~(self._alike | changed_drives)
+        sd = np.sqrt(np.diagonal(cov, axis1=1, axis2=2)[:, k:])
+        less = np.zeros_like(sd)
+        less[excepted] = [_less(z) for z in (mean[:, k:] / sd)[excepted].tolist()]
         odds = alike @ likelier - lost - 0.5 * (missed**2).sum(axis=1)
-        odds += (excepted * (np.log(2.0) + less)).sum(axis=1)
+        odds += less.sum(axis=1)
         share = self._prior * np.exp(odds - odds.max())
         share /= share.sum()
         told = share @ mean[:, :k]
@@ -103,3 +105,10 @@ class HealthPrior:
         rate[of] = prior[p + np.flatnonzero(drifts)]
         push[of] = self.wear.push.diagonal()[drifts]
         return np.stack([first, own, rate, push / 3.0])
+
+
+def _less(z: float) -> float:
+    """log 2 P(z < 0), for a mean of z standard deviations."""
+    # Of all SciPy a run would need this one function: its import takes 26 MB.
+    twice = erfc(z / sqrt(2.0))
+    return log(twice) if twice > 0.0 else -inf
