@@ -14,7 +14,7 @@ from urdyn.model.arm import load_arm
 from urdyn.model.population import population
 from urdyn.signal import Instant
 from urdyn.simulate import fourier
-from urdyn.tracking.colour import ORDER, first, whitened
+from urdyn.tracking.noise.colour import ORDER, first, whitened
 
 LOAD = np.array([2.0, 0.02, -0.04, 0.16, *[0.01, 0.0, 0.01, 0.0, 0.0, 0.005]])
 

@@ -20,7 +20,7 @@ from urdyn.signal import samples
 from urdyn.tracking import Arrival, announce, open_source
 from urdyn.tracking.announce import Announcer, Audience, by_part
 from urdyn.tracking.health import FRICTION, HEALTH, limited, stale, statuses
-from urdyn.tracking.source import now
+from urdyn.tracking.sources.source import now
 
 JOINTS = ("shoulder_pan_joint", "elbow_joint")
 FINDING = {

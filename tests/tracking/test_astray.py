@@ -12,7 +12,7 @@ from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.tracking import Tracker, open_source
 from urdyn.tracking.blocks import Blocks
-from urdyn.tracking.losses import as_plain, no_losses
+from urdyn.tracking.sources.losses import as_plain, no_losses
 from urdyn.tracking.state import restarted
 
 HALF = 0.5 * RATE  # [Hz] most of it is told by half as many samples

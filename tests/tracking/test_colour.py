@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from urdyn.identify.noise import Noise
 from urdyn.identify.slow import forgotten
-from urdyn.tracking import colour as noise
+from urdyn.tracking.noise import colour as noise
 
 J, PERIOD = 6, 0.01
 NOTHING = np.zeros(J)

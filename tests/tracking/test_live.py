@@ -13,8 +13,9 @@ from urdyn.estimate import EKF
 from urdyn.io.rtde import play, serve
 from urdyn.signal import Touch, samples
 from urdyn.simulate import simulate
-from urdyn.tracking import Arrival, open_source, rtde_source
-from urdyn.tracking.own import of_this_arm
+from urdyn.tracking import Arrival, open_source
+from urdyn.tracking.sources import rtde_source
+from urdyn.tracking.sources.another_robot import of_this_arm
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
 

@@ -14,8 +14,9 @@ from urdyn.errors import InputError, UrdynError
 from urdyn.io import write
 from urdyn.io.helper import Helper
 from urdyn.signal import samples
-from urdyn.tracking import open_source, recording
-from urdyn.tracking.recording import BLOCK
+from urdyn.tracking import open_source
+from urdyn.tracking.sources import recording
+from urdyn.tracking.sources.recording import BLOCK
 from urdyn.types import Log
 
 JOINTS = 3

@@ -15,8 +15,8 @@ from urdyn.io.rtde import play, serve
 from urdyn.signal import Sample
 from urdyn.simulate import simulate
 from urdyn.tracking import Arrival, Source, open_source
-from urdyn.tracking import source as source_module
-from urdyn.tracking.restarts import arrivals
+from urdyn.tracking.sources import source as source_module
+from urdyn.tracking.sources.restarts import arrivals
 
 PERIOD = 0.01
 

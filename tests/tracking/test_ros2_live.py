@@ -19,7 +19,8 @@ from urdyn.io import Effort, write
 from urdyn.io.ros2.domain import participant, reader
 from urdyn.io.ros2.talk import TOPICS, dds_types
 from urdyn.simulate import simulate
-from urdyn.tracking import open_source, ros2_source
+from urdyn.tracking import open_source
+from urdyn.tracking.sources import ros2_source
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
 ROOT = Path(__file__).parents[2]

@@ -11,9 +11,9 @@ import pytest
 from urdyn.errors import InputError
 from urdyn.io import Effort
 from urdyn.io.ros2.listen import Heard
-from urdyn.tracking import ros2_source
-from urdyn.tracking.ros2_source import FIRST, SILENT, hearing
-from urdyn.tracking.source import LOOK, now
+from urdyn.tracking.sources import ros2_source
+from urdyn.tracking.sources.ros2_source import FIRST, SILENT, hearing
+from urdyn.tracking.sources.source import LOOK, now
 
 NOW = 1.7e9  # [s] since 1970: stamps are told to .2 µs
 

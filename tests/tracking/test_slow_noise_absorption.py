@@ -5,7 +5,7 @@ from filterpy.kalman import KalmanFilter
 
 from urdyn.dbn.robot_slice import COLUMN, ROWS, RobotSlice
 from urdyn.identify.slow import MEMORY
-from urdyn.tracking.slow_noise_absorption import after_absorption, no_absorption
+from urdyn.tracking.noise.slow_noise_absorption import after_absorption, no_absorption
 
 J, N, DT = 2, 300, 0.01
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from urdyn.tracking import variance_scale
-from urdyn.tracking.variance_scale import LEARN, LEAST
+from urdyn.tracking.noise import variance_scale
+from urdyn.tracking.noise.variance_scale import LEARN, LEAST
 
 J, PERIOD, NOISE = 6, 0.01, 0.7
 

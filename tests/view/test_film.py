@@ -17,11 +17,12 @@ from urdyn.io.rtde import play as play_back
 from urdyn.io.rtde import serve
 from urdyn.report.track.history import find_history
 from urdyn.signal import samples
-from urdyn.tracking import open_source, ros2_source, run
+from urdyn.tracking import open_source, run
 from urdyn.tracking.checkpoint import FILE, Checkpoint, flattened, write
 from urdyn.tracking.interest import nothing_yet
-from urdyn.tracking.losses import no_losses
-from urdyn.tracking.source import now
+from urdyn.tracking.sources import ros2_source
+from urdyn.tracking.sources.losses import no_losses
+from urdyn.tracking.sources.source import now
 from urdyn.view.film import Film, film
 from urdyn.view.live import RATE, address, followed, tracked, watched
 from urdyn.view.paint import LESS, MORE, PAINTS, SAME, UNKNOWN

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from urdyn.tracking.reading import Reading
     from urdyn.tracking.rehearsal import rehearse
     from urdyn.tracking.run import run
-    from urdyn.tracking.source import Arrival, Source, open_source
+    from urdyn.tracking.sources.source import Arrival, Source, open_source
     from urdyn.tracking.state import TrackerState
     from urdyn.tracking.tracker import Tracker
 
@@ -63,7 +63,7 @@ __getattr__ = lookup(
         "urdyn.tracking.reading": ("Reading",),
         "urdyn.tracking.rehearsal": ("rehearse",),
         "urdyn.tracking.run": ("run",),
-        "urdyn.tracking.source": ("Arrival", "Source", "open_source"),
+        "urdyn.tracking.sources.source": ("Arrival", "Source", "open_source"),
         "urdyn.tracking.state": ("TrackerState",),
         "urdyn.tracking.tracker": ("Tracker",),
     },

@@ -27,7 +27,7 @@ from urdyn.dbn.robot_slice import COLUMN, RobotSlice
 from urdyn.estimate import Innovation
 from urdyn.model.drive import Drive
 from urdyn.tracking.model import JOLTS, PAYLOAD_SD
-from urdyn.tracking.slow_noise_absorption import (
+from urdyn.tracking.noise.slow_noise_absorption import (
     SlowNoiseAbsorption,
     after_absorption,
     no_absorption,

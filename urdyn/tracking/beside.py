@@ -20,7 +20,7 @@ from urdyn.signal import POSE
 from urdyn.tracking.model import Drift
 from urdyn.tracking.pose_stream import STRAY, PoseStream
 from urdyn.tracking.sights import Build
-from urdyn.tracking.source import Arrival, Source
+from urdyn.tracking.sources.source import Arrival, Source
 from urdyn.tracking.streams import Stream
 from urdyn.tracking.wrench_stream import WrenchStream
 from urdyn.types import Array, Gaussian, frozen

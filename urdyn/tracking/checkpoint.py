@@ -24,8 +24,8 @@ from urdyn.errors import InputError
 from urdyn.estimate.protocol import S
 from urdyn.io import writing
 from urdyn.tracking.interest import Interest
-from urdyn.tracking.losses import Losses
 from urdyn.tracking.setting import Setting
+from urdyn.tracking.sources.losses import Losses
 from urdyn.tracking.state import TrackerState
 from urdyn.types import Array
 

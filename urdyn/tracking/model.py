@@ -21,7 +21,6 @@ from urdyn.dbn.widening import Widening
 from urdyn.identify.fit import Fit
 from urdyn.identify.slow import MEMORY
 from urdyn.model.population import KAPPA, KAPPA_SD
-from urdyn.tracking.colour import SLOWEST
 from urdyn.tracking.commissioned import (
     commissioned,
     gains_of,
@@ -30,6 +29,7 @@ from urdyn.tracking.commissioned import (
     shown_links,
     taken_for_known,
 )
+from urdyn.tracking.noise.colour import SLOWEST
 from urdyn.types import Array, Gaussian, Index
 
 STRAYING = ("m", "f", "alpha", "beta", "z", "o")

@@ -20,7 +20,7 @@ from urdyn.tracking.interest import Interest, after, as_plain, nothing_yet
 from urdyn.tracking.physical import quantities, weighed
 from urdyn.tracking.row import spacing
 from urdyn.tracking.setting import Setting, agrees, at_the_end
-from urdyn.tracking.source import Arrival, Source
+from urdyn.tracking.sources.source import Arrival, Source
 from urdyn.tracking.tracker import Tracker
 from urdyn.twin import Twin
 from urdyn.types import Log

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Generic
 
 from urdyn.estimate.protocol import S
-from urdyn.tracking.colour import Colour
+from urdyn.tracking.noise.colour import Colour
 from urdyn.tracking.wear_test import ASKED, WearReference
 
 ROLLBACK = 2.0  # [s] that a change may take to be detected

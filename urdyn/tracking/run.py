@@ -25,18 +25,18 @@ from urdyn.tracking import beliefs, checkpoint, interest
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.keeper import Keeper, begin_scribe
 from urdyn.tracking.latency import Latency
-from urdyn.tracking.losses import Losses, counted, no_losses
 from urdyn.tracking.modes import mode_of
 from urdyn.tracking.observer import Observer
-from urdyn.tracking.own import of_this_arm
 from urdyn.tracking.parts import discard_parts, drop_others, writing_parts
 from urdyn.tracking.physical import Quantities, quantities, weighed
 from urdyn.tracking.progress import RunProgress, Watch
 from urdyn.tracking.reading import Reading
-from urdyn.tracking.restarts import arrivals
 from urdyn.tracking.row import row, spacing
 from urdyn.tracking.setting import agrees, at_the_end
-from urdyn.tracking.source import Arrival, Source, now
+from urdyn.tracking.sources.another_robot import of_this_arm
+from urdyn.tracking.sources.losses import Losses, counted, no_losses
+from urdyn.tracking.sources.restarts import arrivals
+from urdyn.tracking.sources.source import Arrival, Source, now
 from urdyn.tracking.state import TrackerState, begun_anew
 from urdyn.tracking.summary import Summary, final, ill_sensors, quality
 from urdyn.tracking.tracker import Tracker

@@ -10,8 +10,8 @@ from urdyn.estimate.protocol import S
 from urdyn.signal import CausalState
 from urdyn.tracking.abrupt_changes import Evidence
 from urdyn.tracking.beliefs import shifted
-from urdyn.tracking.colour import Colour, unlearnt
 from urdyn.tracking.joint_motion import JointState
+from urdyn.tracking.noise.colour import Colour, unlearnt
 from urdyn.tracking.past_beliefs import PastBeliefs
 from urdyn.tracking.payload.handling import ImplausibleLoads, Rest
 from urdyn.tracking.payload.hypotheses import PayloadHypotheses, no_hypotheses

@@ -11,9 +11,9 @@ import numpy as np
 from urdyn.estimate.protocol import S
 from urdyn.io.plain import plain
 from urdyn.tracking.checkpoint import Checkpoint
-from urdyn.tracking.losses import as_plain, too_sparse
 from urdyn.tracking.physical import Quantities
-from urdyn.tracking.source import Source
+from urdyn.tracking.sources.losses import as_plain, too_sparse
+from urdyn.tracking.sources.source import Source
 from urdyn.tracking.tracker import Tracker
 
 

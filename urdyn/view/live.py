@@ -14,8 +14,8 @@ from urdyn.estimate.protocol import S
 from urdyn.report.track.history import find_history
 from urdyn.tracking import Source, Tracker, quantities
 from urdyn.tracking.checkpoint import whose
-from urdyn.tracking.restarts import arrivals
-from urdyn.tracking.source import ROS2, SCHEME, now
+from urdyn.tracking.sources.restarts import arrivals
+from urdyn.tracking.sources.source import ROS2, SCHEME, now
 from urdyn.types import Array, Gaussian
 from urdyn.view.film import Moment
 from urdyn.view.replay import beliefs, share

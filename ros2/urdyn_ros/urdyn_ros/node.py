@@ -32,8 +32,8 @@ from urdyn.io.status import Level, Status
 from urdyn.tracking import Tracker, run
 from urdyn.tracking.announce import Announcer, Audience
 from urdyn.tracking.physical import KNOWN, PAYLOAD
-from urdyn.tracking.ros2_source import hearing
 from urdyn.tracking.setting import settable
+from urdyn.tracking.sources.ros2_source import hearing
 
 PARAMETERS: dict[str, Any] = {
     "twin": "twin.toml",

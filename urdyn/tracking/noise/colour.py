@@ -28,9 +28,9 @@ import numpy as np
 
 from urdyn.identify.noise import Noise
 from urdyn.identify.slow import MEMORY
-from urdyn.tracking import variance_scale
-from urdyn.tracking.lost_currents import bridged
-from urdyn.tracking.variance_scale import VarianceScale
+from urdyn.tracking.noise import variance_scale
+from urdyn.tracking.noise.lost_currents import bridged
+from urdyn.tracking.noise.variance_scale import VarianceScale
 from urdyn.types import Array, Mask, changed
 
 ORDER = 8

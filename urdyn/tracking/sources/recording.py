@@ -1,4 +1,4 @@
-"""A recording, read in a process of its own: python -m urdyn.tracking.recording.
+"""A recording, read in a process of its own: python -m urdyn.tracking.sources.recording.
 
 The tracking process loads no file readers, and holds only BLOCK samples of a log of any length. The
 first request says what to read, and the answer describes the log; each further one names a first
@@ -22,7 +22,7 @@ from urdyn.io.helping import Heard, helping
 from urdyn.signal import BESIDE, POSE, SETTING, Sample, Touch, require_measured, samples, touch_of
 from urdyn.signal.channels import IN_CONTACT, STATUS, has_velocities
 from urdyn.signal.stretches import median_step
-from urdyn.tracking.source import CHANNELS, Arrival, Rows, Source
+from urdyn.tracking.sources.source import CHANNELS, Arrival, Rows, Source
 from urdyn.types import Array, Log
 from urdyn.types import Source as LogSource
 
@@ -43,7 +43,7 @@ def recording(
     contact: Touch | None,
 ) -> Source:
     """Logs as one source; arguments as for `open_source`. LogError where one is not a log."""
-    reader = Helper("urdyn.tracking.recording", "the log's reader", "run again")
+    reader = Helper("urdyn.tracking.sources.recording", "the log's reader", "run again")
     asked = {
         "paths": names,
         "columns": columns,

@@ -12,7 +12,7 @@ import numpy as np
 
 from urdyn.io.clock import GAP, PAUSE, SET
 from urdyn.signal import Sample
-from urdyn.tracking.source import Arrival, Source, was_set
+from urdyn.tracking.sources.source import Arrival, Source, was_set
 
 SAID = "its clock was set {} by {:.1f} s; stamps are counted on from {:.1f} s"
 

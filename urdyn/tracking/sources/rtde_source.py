@@ -18,7 +18,7 @@ from urdyn.io.rtde.link import Package
 from urdyn.signal import BESIDE, POSE, SETTING, UNSET, Sample, Touch
 from urdyn.signal.channels import STATUS, undriven
 from urdyn.signal.stretches import GAP
-from urdyn.tracking.source import CHANNELS, LATEST, LOOK, Arrival, Source, Tell
+from urdyn.tracking.sources.source import CHANNELS, LATEST, LOOK, Arrival, Source, Tell
 
 PAUSE = 0.1  # [s] without a package, after which their delay is estimated anew
 # [s] between packages up to which their reader does not sleep. On two processors of a busy host,

@@ -16,7 +16,7 @@ from urdyn.io.effort import Effort
 from urdyn.io.ros2.domain import participant
 from urdyn.io.ros2.listen import Heard, Listener
 from urdyn.signal import Sample
-from urdyn.tracking.source import LATEST, LOOK, Arrival, Source, Tell, nobody, now, was_set
+from urdyn.tracking.sources.source import LATEST, LOOK, Arrival, Source, Tell, nobody, now, was_set
 
 PATIENCE = 10.0  # [s] for the first joint states
 FIRST = 10  # samples that tell the rate: few, as a live robot does not wait

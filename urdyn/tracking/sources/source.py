@@ -89,13 +89,13 @@ def open_source(
         tell(f"{text}: {said}")
 
     if text.startswith(SCHEME):
-        from urdyn.tracking.rtde_source import robot
+        from urdyn.tracking.sources.rtde_source import robot
 
         return robot(text, rate, duration, beside, named, contact)
     if text.startswith(ROS2):
         if contact:
             raise InputError(f"{text}: {contact.unknown}")
-        from urdyn.tracking.ros2_source import graph
+        from urdyn.tracking.sources.ros2_source import graph
 
         return graph(text, text.removeprefix(ROS2), rate, duration, effort, named)
     if "://" in text:
@@ -103,7 +103,7 @@ def open_source(
         raise InputError(f"{text}: no such source; {told}")
     if ADDRESS.fullmatch(text) and not Path(text).exists():
         raise InputError(f"{text}: there is no such file; for a robot write {SCHEME}{text}")
-    from urdyn.tracking.recording import recording
+    from urdyn.tracking.sources.recording import recording
 
     logs = recording((text, *more), columns, rows, rate, duration, effort, beside, contact)
     return replace(logs, tell=named)

@@ -9,7 +9,7 @@ import numpy as np
 from urdyn.model.arm import Arm
 from urdyn.model.whose import FEW, ROWS, require_own
 from urdyn.signal import BESIDE, POSE
-from urdyn.tracking.source import Arrival
+from urdyn.tracking.sources.source import Arrival
 from urdyn.types import Array, Log, Source
 
 APART = 0.1  # [rad] that some joint moves from one pose to the next: an arm at rest tells nothing
