@@ -20,7 +20,7 @@ from urdyn.signal import Instant
 from urdyn.simulate.schedule import course
 from urdyn.simulate.sensors import real_sensors, typical_sensors
 from urdyn.tracking import tracking_model
-from urdyn.tracking.model import DAY
+from urdyn.tracking.belief.model import DAY
 
 CHANCE = 1e-3
 PERIOD = 0.01  # [s]

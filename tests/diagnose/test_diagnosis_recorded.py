@@ -10,7 +10,7 @@ from urdyn.diagnose.state import Now
 from urdyn.identify import Fit
 from urdyn.signal import condition, samples
 from urdyn.tracking import Tracker
-from urdyn.tracking.blocks import Blocks
+from urdyn.tracking.belief.blocks import Blocks
 
 LIVE = {
     "ur-20_02_06-20sec_10harm": [],

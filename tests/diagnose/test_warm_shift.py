@@ -20,7 +20,7 @@ from urdyn.diagnose.slow_state import LearntBy
 from urdyn.diagnose.space import space
 from urdyn.model.population import KAPPA
 from urdyn.simulate import happening, observe, plan, real_sensors
-from urdyn.tracking.model import LAG
+from urdyn.tracking.belief.model import LAG
 
 STEP = 2.0  # [s]
 

@@ -11,7 +11,7 @@ from urdyn.cli.watching import verdict
 from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.tracking import Tracker, open_source
-from urdyn.tracking.blocks import Blocks
+from urdyn.tracking.belief.blocks import Blocks
 from urdyn.tracking.sources.losses import as_plain, no_losses
 from urdyn.tracking.state import restarted
 

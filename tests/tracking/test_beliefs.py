@@ -6,7 +6,8 @@ from workshop import at_work, commissioned
 
 from urdyn.estimate import EKF, UKF, InformationFilter, ParticleFilter, Variational
 from urdyn.signal import samples
-from urdyn.tracking import QUICKER, Tracker, beliefs, open_source
+from urdyn.tracking import QUICKER, Tracker, open_source
+from urdyn.tracking.belief import beliefs
 from urdyn.tracking.state import with_encoder_jump
 from urdyn.types import Gaussian
 

@@ -12,8 +12,8 @@ from urdyn.signal import samples
 from urdyn.simulate import fourier, observe, typical_sensors
 from urdyn.simulate.schedule import Handling
 from urdyn.tracking import QUICKER, Tracker
+from urdyn.tracking.belief.model import HEALTH_SD
 from urdyn.tracking.health_prior import ALIKE, ALIKE_SD, HealthPrior
-from urdyn.tracking.model import HEALTH_SD
 from urdyn.tracking.payload.hypotheses import LOAD
 from urdyn.types import Gaussian
 

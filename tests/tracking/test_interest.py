@@ -8,8 +8,8 @@ import pytest
 from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.tracking import Tracker
-from urdyn.tracking.interest import after, as_plain, gathered, nothing_yet, strained
-from urdyn.tracking.physical import KNOWN, quantities
+from urdyn.tracking.belief.interest import after, as_plain, gathered, nothing_yet, strained
+from urdyn.tracking.belief.physical import KNOWN, quantities
 from urdyn.types import NORMAL90, Gaussian
 
 

@@ -9,8 +9,8 @@ from workshop import RATE, at_work, commissioned
 from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.tracking import Tracker
-from urdyn.tracking.blocks import Blocks
-from urdyn.tracking.physical import quantities
+from urdyn.tracking.belief.blocks import Blocks
+from urdyn.tracking.belief.physical import quantities
 
 HALF = 0.5 * RATE  # [Hz] most of it is told by half as many samples
 ONSET, DURATION = 8.0, 20.0  # [s]

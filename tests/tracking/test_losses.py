@@ -12,10 +12,10 @@ from urdyn.estimate import EKF
 from urdyn.io import write
 from urdyn.signal import Sample, Touch, samples
 from urdyn.tracking import Arrival, Tracker, open_source
-from urdyn.tracking.blocks import Blocks
+from urdyn.tracking.belief.blocks import Blocks
+from urdyn.tracking.belief.network import of_arm, tracked_network
 from urdyn.tracking.joint_motion import STANDING
 from urdyn.tracking.modes import QUICKER, mode_of
-from urdyn.tracking.network import of_arm, tracked_network
 from urdyn.tracking.sources.losses import as_plain, counted, no_losses, too_sparse
 
 PERIOD = 0.01

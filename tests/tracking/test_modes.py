@@ -10,8 +10,8 @@ from urdyn.dbn.measurement import LinearMeasurement
 from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.tracking import MODES, QUICKER, Tracker, losses, side_by_side
-from urdyn.tracking.blocks import WAIT, Blocks, places
-from urdyn.tracking.model import ANYTHING, LIGHT, PAYLOAD_SD
+from urdyn.tracking.belief.blocks import WAIT, Blocks, places
+from urdyn.tracking.belief.model import ANYTHING, LIGHT, PAYLOAD_SD
 
 
 @pytest.fixture(scope="module")

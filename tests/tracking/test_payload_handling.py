@@ -17,6 +17,7 @@ from urdyn.simulate.payload import Payload
 from urdyn.simulate.schedule import Handling
 from urdyn.simulate.work import Work, pick_and_place
 from urdyn.tracking import Tracker
+from urdyn.tracking.belief.physical import KNOWN
 from urdyn.tracking.payload.handling import (
     HANDLING,
     LEARNT,
@@ -25,7 +26,6 @@ from urdyn.tracking.payload.handling import (
     Rest,
     exchanged,
 )
-from urdyn.tracking.physical import KNOWN
 from urdyn.types import Log
 
 RATE = 20.0  # [Hz] at which a hold tells little

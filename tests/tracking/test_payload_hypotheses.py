@@ -13,6 +13,7 @@ from urdyn.simulate import observe, plan, typical_sensors
 from urdyn.simulate.schedule import Handling
 from urdyn.tracking import Tracker
 from urdyn.tracking.abrupt_changes import LASTS
+from urdyn.tracking.belief.physical import KNOWN
 from urdyn.tracking.change_detection import ChangeDetector, Detection, Hypothesis
 from urdyn.tracking.payload.belief import with_load
 from urdyn.tracking.payload.handling import HandlingPhase, ImplausibleLoads, Rest
@@ -25,7 +26,6 @@ from urdyn.tracking.payload.hypotheses import (
     PayloadHypotheses,
     no_hypotheses,
 )
-from urdyn.tracking.physical import KNOWN
 from urdyn.tracking.wear_test import WearTest
 from urdyn.types import Gaussian
 

@@ -33,10 +33,17 @@ from urdyn.simulate import (
     virtual_arm,
 )
 from urdyn.tracking import Tracker, open_source, run
+from urdyn.tracking.belief.payload_setting import (
+    LEAST,
+    STOOD,
+    Setting,
+    agrees,
+    at_the_end,
+    compared,
+)
+from urdyn.tracking.belief.physical import KNOWN
 from urdyn.tracking.beside import beside
 from urdyn.tracking.offline import track
-from urdyn.tracking.physical import KNOWN
-from urdyn.tracking.setting import LEAST, STOOD, Setting, agrees, at_the_end, compared
 from urdyn.twin import Twin
 
 TOOL = Payload(1.2, np.array([0.0, 0.0, 0.05]))

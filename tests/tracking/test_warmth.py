@@ -19,7 +19,7 @@ from urdyn.simulate import (
     warm_up,
 )
 from urdyn.tracking import Tracker, quantities
-from urdyn.tracking.model import LAG
+from urdyn.tracking.belief.model import LAG
 from urdyn.tracking.warmth import warmed
 
 RATE = 20.0

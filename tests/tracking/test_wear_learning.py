@@ -22,8 +22,8 @@ from urdyn.errors import InputError
 from urdyn.estimate import EKF, Kalman, track
 from urdyn.signal import Instant, samples
 from urdyn.tracking import Drift, Tracker, drift_of, learn_edges, learn_wear, tracking_model
+from urdyn.tracking.belief.model import patterns_of
 from urdyn.tracking.learning import sizes_of, strays, summed_up, wearing
-from urdyn.tracking.model import patterns_of
 
 TRUE = {("f", "alpha"): 0.8, ("f", "z"): -0.5}
 DRIFT = Drift(

@@ -27,8 +27,8 @@ from urdyn.simulate import (
     typical_sensors,
     virtual_arm,
 )
-from urdyn.tracking.model import tracking_model
-from urdyn.tracking.physical import JOINT
+from urdyn.tracking.belief.model import tracking_model
+from urdyn.tracking.belief.physical import JOINT
 from urdyn.twin import Twin
 from urdyn.types import Array, Log
 

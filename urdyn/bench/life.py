@@ -16,7 +16,7 @@ from urdyn.model.dynamics import Dynamics
 from urdyn.model.moments import generic_moments
 from urdyn.signal import Instant
 from urdyn.simulate.schedule import Course
-from urdyn.tracking.model import DAY
+from urdyn.tracking.belief.model import DAY
 from urdyn.types import Array
 
 STEP = 0.5  # [s] between drawn states, with linear interpolation

@@ -26,9 +26,9 @@ from urdyn.model.dynamics import Dynamics
 from urdyn.signal import condition, samples
 from urdyn.simulate import fourier, observe, typical_sensors, virtual_arm
 from urdyn.simulate.sensors import Sensors, real_sensors
-from urdyn.tracking.model import by_taken
-from urdyn.tracking.physical import quantities
-from urdyn.tracking.reading import Reading
+from urdyn.tracking.belief.model import by_taken
+from urdyn.tracking.belief.physical import quantities
+from urdyn.tracking.belief.reading import Reading
 from urdyn.tracking.tracker import Tracker
 from urdyn.types import NORMAL90, Array, Gaussian
 

@@ -129,8 +129,8 @@ def _payload(fit: ud.Fit, summary: Mapping[str, Any]) -> str:
     It includes the tool where that is known, else it is what is carried beside the tool. InputError
     where it is not known well enough.
     """
-    from urdyn.tracking.physical import KNOWN, PAYLOAD
-    from urdyn.tracking.setting import settable
+    from urdyn.tracking.belief.payload_setting import settable
+    from urdyn.tracking.belief.physical import KNOWN, PAYLOAD
     from urdyn.tracking.summary import ill_sensors
     from urdyn.types import NORMAL90
 

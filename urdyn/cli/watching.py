@@ -20,9 +20,9 @@ from urdyn.report.names import spoken
 from urdyn.report.setting import set_to
 from urdyn.report.terminal import terminal_table
 from urdyn.tracking import RunProgress
-from urdyn.tracking.physical import weighed
+from urdyn.tracking.belief.payload_setting import compared
+from urdyn.tracking.belief.physical import weighed
 from urdyn.tracking.progress import LATE, Watch
-from urdyn.tracking.setting import compared
 
 JOINT = {"friction": f"friction at {WORKING_SPEED} rad/s", "health": "health"}
 PAUSE = 0.25  # [s] between two updates

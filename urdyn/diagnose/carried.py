@@ -15,8 +15,8 @@ import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from urdyn.diagnose.moment import Pool
-from urdyn.tracking.model import PAYLOAD_SD
-from urdyn.tracking.physical import PAYLOAD_REACH
+from urdyn.tracking.belief.model import PAYLOAD_SD
+from urdyn.tracking.belief.physical import PAYLOAD_REACH
 from urdyn.types import Array, Index
 
 ANYTHING = PAYLOAD_SD  # sd of a new one

@@ -18,7 +18,7 @@ from urdyn.identify.noise import Noise
 from urdyn.identify.slow import MEMORY
 from urdyn.model.arm import Arm
 from urdyn.model.dynamics import Dynamics
-from urdyn.tracking.commissioned import commissioned, gains_of, shown_links
+from urdyn.tracking.belief.commissioned import commissioned, gains_of, shown_links
 from urdyn.types import Array, Index, Mask, freeze, frozen
 
 GROUPS = ("k", "m", "payload", "f", "alpha", "beta", "z", "o", "rotor", "gain")

@@ -22,7 +22,7 @@ import numpy as np
 from urdyn.diagnose.space import Space
 from urdyn.model.population import KAPPA
 from urdyn.signal.channels import mean_measured
-from urdyn.tracking.model import LAG
+from urdyn.tracking.belief.model import LAG
 from urdyn.tracking.warmth import warmed
 from urdyn.types import Array
 

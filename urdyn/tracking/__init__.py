@@ -5,15 +5,15 @@ from typing import TYPE_CHECKING
 from urdyn.lazy import lookup
 
 if TYPE_CHECKING:
+    from urdyn.tracking.belief.model import Drift, tracking_model
+    from urdyn.tracking.belief.physical import Quantities, quantities
+    from urdyn.tracking.belief.reading import Reading
     from urdyn.tracking.checkpoint import Checkpoint
     from urdyn.tracking.keeper import begin_scribe
     from urdyn.tracking.learning import drift_of, learn_edges, learn_wear
-    from urdyn.tracking.model import Drift, tracking_model
     from urdyn.tracking.modes import MODES, QUICKER, Loss, Mode, losses, side_by_side
     from urdyn.tracking.observer import Observer
-    from urdyn.tracking.physical import Quantities, quantities
     from urdyn.tracking.progress import RunProgress
-    from urdyn.tracking.reading import Reading
     from urdyn.tracking.rehearsal import rehearse
     from urdyn.tracking.run import run
     from urdyn.tracking.sources.source import Arrival, Source, open_source
@@ -56,11 +56,11 @@ __getattr__ = lookup(
         "urdyn.tracking.progress": ("RunProgress",),
         "urdyn.tracking.keeper": ("begin_scribe",),
         "urdyn.tracking.learning": ("drift_of", "learn_edges", "learn_wear"),
-        "urdyn.tracking.model": ("Drift", "tracking_model"),
+        "urdyn.tracking.belief.model": ("Drift", "tracking_model"),
         "urdyn.tracking.modes": ("MODES", "QUICKER", "Loss", "Mode", "losses", "side_by_side"),
         "urdyn.tracking.observer": ("Observer",),
-        "urdyn.tracking.physical": ("Quantities", "quantities"),
-        "urdyn.tracking.reading": ("Reading",),
+        "urdyn.tracking.belief.physical": ("Quantities", "quantities"),
+        "urdyn.tracking.belief.reading": ("Reading",),
         "urdyn.tracking.rehearsal": ("rehearse",),
         "urdyn.tracking.run": ("run",),
         "urdyn.tracking.sources.source": ("Arrival", "Source", "open_source"),

@@ -26,7 +26,7 @@ import numpy as np
 from urdyn.dbn.robot_slice import COLUMN, RobotSlice
 from urdyn.estimate import Innovation
 from urdyn.model.drive import Drive
-from urdyn.tracking.model import JOLTS, PAYLOAD_SD
+from urdyn.tracking.belief.model import JOLTS, PAYLOAD_SD
 from urdyn.tracking.noise.slow_noise_absorption import (
     SlowNoiseAbsorption,
     after_absorption,

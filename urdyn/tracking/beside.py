@@ -17,7 +17,7 @@ from urdyn.io.poses import read_pose_stream
 from urdyn.model.arm import Arm
 from urdyn.model.geometry.drawing import drawing_of
 from urdyn.signal import POSE
-from urdyn.tracking.model import Drift
+from urdyn.tracking.belief.model import Drift
 from urdyn.tracking.pose_stream import STRAY, PoseStream
 from urdyn.tracking.sights import Build
 from urdyn.tracking.sources.source import Arrival, Source

@@ -12,7 +12,6 @@ import numpy as np
 from urdyn.estimate import Filter
 from urdyn.estimate.protocol import S, is_gaussian
 from urdyn.model.drive import Drive
-from urdyn.tracking import beliefs
 from urdyn.tracking.abrupt_changes import (
     LASTS,
     AbruptChange,
@@ -24,12 +23,13 @@ from urdyn.tracking.abrupt_changes import (
     significant,
     wearing_drive,
 )
+from urdyn.tracking.belief import beliefs
+from urdyn.tracking.belief.model import BULKY, LIGHT
+from urdyn.tracking.belief.physical import KNOWN
 from urdyn.tracking.health_prior import HealthPrior
-from urdyn.tracking.model import BULKY, LIGHT
 from urdyn.tracking.payload.belief import PayloadBelief
 from urdyn.tracking.payload.handling import HANDLING, HandlingPhase, exchanged
 from urdyn.tracking.payload.hypotheses import CHANGE, PayloadHypotheses
-from urdyn.tracking.physical import KNOWN
 from urdyn.tracking.state import TrackerState, rolled_back
 from urdyn.tracking.wear_test import ASK, SURE, SURER, YOUNG, WearReference, WearTest
 from urdyn.types import Array, Mask, changed

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from urdyn.errors import InputError
 from urdyn.estimate.protocol import S
 from urdyn.io import writing
-from urdyn.tracking.interest import Interest
-from urdyn.tracking.setting import Setting
+from urdyn.tracking.belief.interest import Interest
+from urdyn.tracking.belief.payload_setting import Setting
 from urdyn.tracking.sources.losses import Losses
 from urdyn.tracking.state import TrackerState
 from urdyn.types import Array

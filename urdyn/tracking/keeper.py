@@ -11,9 +11,9 @@ from urdyn.estimate.protocol import S
 from urdyn.io.frames import Words, numbers_frame, words_frame, words_of
 from urdyn.io.helper import Helper
 from urdyn.tracking import checkpoint
+from urdyn.tracking.belief.physical import Quantities
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.observer import Observer
-from urdyn.tracking.physical import Quantities
 from urdyn.types import Array
 
 

@@ -30,8 +30,8 @@ from urdyn.estimate.learn import Learnt, expectation_maximisation
 from urdyn.identify.fit import Fit
 from urdyn.identify.slow import MEMORY
 from urdyn.signal import Sample
-from urdyn.tracking.model import Drift, patterns_of, straying
-from urdyn.tracking.reading import Reading
+from urdyn.tracking.belief.model import Drift, patterns_of, straying
+from urdyn.tracking.belief.reading import Reading
 from urdyn.tracking.tracker import Tracker
 from urdyn.types import Array, Gaussian, Index, freeze
 

@@ -12,8 +12,8 @@ import numpy as np
 from urdyn.estimate import Filter
 from urdyn.identify.fit import Fit
 from urdyn.signal import Sample
-from urdyn.tracking.blocks import Blocks
-from urdyn.tracking.physical import quantities
+from urdyn.tracking.belief.blocks import Blocks
+from urdyn.tracking.belief.physical import quantities
 from urdyn.tracking.tracker import Tracker
 from urdyn.types import NORMAL90, Array
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
-from urdyn.tracking.reading import Reading
+from urdyn.tracking.belief.reading import Reading
 from urdyn.types import Array, Mask
 
 

@@ -16,10 +16,10 @@ from urdyn.model.whose import require_own
 from urdyn.signal import require_measured, samples
 from urdyn.signal.channels import has_velocities
 from urdyn.signal.stretches import median_step
-from urdyn.tracking.interest import Interest, after, as_plain, nothing_yet
-from urdyn.tracking.physical import quantities, weighed
+from urdyn.tracking.belief.interest import Interest, after, as_plain, nothing_yet
+from urdyn.tracking.belief.payload_setting import Setting, agrees, at_the_end
+from urdyn.tracking.belief.physical import quantities, weighed
 from urdyn.tracking.row import spacing
-from urdyn.tracking.setting import Setting, agrees, at_the_end
 from urdyn.tracking.sources.source import Arrival, Source
 from urdyn.tracking.tracker import Tracker
 from urdyn.twin import Twin

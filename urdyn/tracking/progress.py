@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from urdyn.tracking.physical import Quantities
-from urdyn.tracking.reading import Reading
-from urdyn.tracking.setting import Setting
+from urdyn.tracking.belief.payload_setting import Setting
+from urdyn.tracking.belief.physical import Quantities
+from urdyn.tracking.belief.reading import Reading
 from urdyn.types import Array
 
 LATE = 1.0  # [s] of delay, above which results are too late

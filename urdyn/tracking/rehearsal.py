@@ -9,7 +9,7 @@ import numpy as np
 from urdyn.estimate import Filter
 from urdyn.identify.fit import Fit
 from urdyn.signal import Sample
-from urdyn.tracking.physical import quantities
+from urdyn.tracking.belief.physical import quantities
 from urdyn.tracking.row import row
 from urdyn.tracking.tracker import Tracker
 

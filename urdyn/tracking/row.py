@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from urdyn.tracking.reading import Reading
+from urdyn.tracking.belief.reading import Reading
 from urdyn.types import Array
 
 RATE = 10.0  # [Hz] most rows

@@ -9,7 +9,7 @@ from urdyn.estimate import Filter
 from urdyn.estimate.protocol import S
 from urdyn.signal import CausalState
 from urdyn.tracking.abrupt_changes import Evidence
-from urdyn.tracking.beliefs import shifted
+from urdyn.tracking.belief.beliefs import shifted
 from urdyn.tracking.joint_motion import JointState
 from urdyn.tracking.noise.colour import Colour, unlearnt
 from urdyn.tracking.past_beliefs import PastBeliefs

@@ -18,7 +18,7 @@ from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.estimate import Filter
 from urdyn.estimate.protocol import S
 from urdyn.signal import Instant
-from urdyn.tracking.beliefs import marginal
+from urdyn.tracking.belief.beliefs import marginal
 from urdyn.tracking.conditional_filter import SharedMeasurement
 from urdyn.types import Array, Gaussian, Index
 

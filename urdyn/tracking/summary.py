@@ -10,8 +10,8 @@ import numpy as np
 
 from urdyn.estimate.protocol import S
 from urdyn.io.plain import plain
+from urdyn.tracking.belief.physical import Quantities
 from urdyn.tracking.checkpoint import Checkpoint
-from urdyn.tracking.physical import Quantities
 from urdyn.tracking.sources.losses import as_plain, too_sparse
 from urdyn.tracking.sources.source import Source
 from urdyn.tracking.tracker import Tracker

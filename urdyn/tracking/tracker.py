@@ -20,18 +20,18 @@ from urdyn.estimate.protocol import S
 from urdyn.identify.fit import Fit
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.signal.stretches import GAP
-from urdyn.tracking import beliefs
 from urdyn.tracking.abrupt_changes import accumulated, no_evidence
+from urdyn.tracking.belief import beliefs
+from urdyn.tracking.belief.model import STRIDE, Drift, tracking_model
+from urdyn.tracking.belief.network import of_arm
+from urdyn.tracking.belief.reading import Reading
 from urdyn.tracking.change_detection import ChangeDetector, Hypothesis
 from urdyn.tracking.joint_motion import LONGEST, JointMotion, before_any, joint_motion, long_ago
-from urdyn.tracking.model import STRIDE, Drift, tracking_model
-from urdyn.tracking.network import of_arm
 from urdyn.tracking.noise import colour
 from urdyn.tracking.noise.colour import Colour
 from urdyn.tracking.noise.robust_noise import without_robust_noise
 from urdyn.tracking.past_beliefs import PastBeliefs, RollbackPoint
 from urdyn.tracking.payload.handling import ImplausibleLoads, Rest
-from urdyn.tracking.reading import Reading
 from urdyn.tracking.state import TrackerState, restarted, with_encoder_jump
 from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
 from urdyn.tracking.wear_test import WearTest

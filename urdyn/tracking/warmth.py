@@ -6,7 +6,7 @@ from math import exp
 
 import numpy as np
 
-from urdyn.tracking.model import LAG
+from urdyn.tracking.belief.model import LAG
 from urdyn.types import Array
 
 

@@ -27,7 +27,7 @@ import numpy as np
 
 from urdyn.dbn.wear import Wear
 from urdyn.estimate.protocol import S
-from urdyn.tracking.model import JOLTS
+from urdyn.tracking.belief.model import JOLTS
 from urdyn.types import Array, Gaussian, Index, Mask
 
 ASKED = 30.0  # [s] of motion; drives are tested against beliefs both younger and older than this

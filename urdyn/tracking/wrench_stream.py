@@ -26,6 +26,7 @@ import numpy as np
 from urdyn.dbn.process import RandomWalk
 from urdyn.model.arm import Arm, controller_base
 from urdyn.signal import Instant
+from urdyn.tracking.belief.model import ANYTHING, PAYLOAD_SD
 from urdyn.tracking.conditional_filter import (
     LinearisedObservation,
     SharedMeasurement,
@@ -33,7 +34,6 @@ from urdyn.tracking.conditional_filter import (
     nothing_besides,
     updated_noise,
 )
-from urdyn.tracking.model import ANYTHING, PAYLOAD_SD
 from urdyn.types import Array, Gaussian, freeze
 
 PACE = 0.1  # [s] between two rows that are used: the sensor's noise is slow

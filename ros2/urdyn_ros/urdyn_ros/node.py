@@ -31,8 +31,8 @@ from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Level, Status
 from urdyn.tracking import Tracker, run
 from urdyn.tracking.announce import Announcer, Audience
-from urdyn.tracking.physical import KNOWN, PAYLOAD
-from urdyn.tracking.setting import settable
+from urdyn.tracking.belief.payload_setting import settable
+from urdyn.tracking.belief.physical import KNOWN, PAYLOAD
 from urdyn.tracking.sources.ros2_source import hearing
 
 PARAMETERS: dict[str, Any] = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from urdyn.dbn.drawing import svg
 from urdyn.report.markup import Html, section, tag, text
-from urdyn.tracking.network import tracked_network
+from urdyn.tracking.belief.network import tracked_network
 
 LEAD = (
     "The dynamic Bayesian network that the filter assumes: the arm at one sample and at the next. "

@@ -10,7 +10,7 @@ import numpy as np
 
 from urdyn.estimate import Filter
 from urdyn.estimate.protocol import S, is_gaussian
-from urdyn.tracking import beliefs
+from urdyn.tracking.belief import beliefs
 from urdyn.tracking.health_prior import HealthPrior
 from urdyn.tracking.payload.hypotheses import LOAD, PayloadHypotheses, no_hypotheses
 from urdyn.tracking.state import TrackerState

@@ -26,8 +26,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.tracking.model import ANYTHING, LIGHT, PAYLOAD_SD
-from urdyn.tracking.physical import KNOWN
+from urdyn.tracking.belief.model import ANYTHING, LIGHT, PAYLOAD_SD
+from urdyn.tracking.belief.physical import KNOWN
 from urdyn.types import Array, Gaussian, freeze
 
 LOAD = 4  # mass and first moments: a few seconds say little of inertia

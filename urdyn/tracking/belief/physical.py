@@ -14,9 +14,9 @@ from urdyn.identify.fit import Fit
 from urdyn.model.consistency import is_consistent
 from urdyn.model.friction import WORKING_SPEED, fading
 from urdyn.model.possible import possible_body, possible_load
-from urdyn.tracking.commissioned import TRACKED, given, scale_of, taken_for_known
-from urdyn.tracking.model import by_taken
-from urdyn.tracking.reading import NOTHING
+from urdyn.tracking.belief.commissioned import TRACKED, given, scale_of, taken_for_known
+from urdyn.tracking.belief.model import by_taken
+from urdyn.tracking.belief.reading import NOTHING
 from urdyn.types import Array, Gaussian
 
 JOINT = {

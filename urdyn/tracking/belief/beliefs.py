@@ -11,7 +11,7 @@ import numpy as np
 from urdyn.estimate import Filter
 from urdyn.estimate.protocol import S, is_gaussian, is_shifting
 from urdyn.estimate.square_root import SquareRoot
-from urdyn.tracking.blocks import BlockBelief
+from urdyn.tracking.belief.blocks import BlockBelief
 from urdyn.types import Array, Gaussian, Index
 
 QUICK = Gaussian | SquareRoot | BlockBelief

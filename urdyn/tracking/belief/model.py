@@ -21,7 +21,7 @@ from urdyn.dbn.widening import Widening
 from urdyn.identify.fit import Fit
 from urdyn.identify.slow import MEMORY
 from urdyn.model.population import KAPPA, KAPPA_SD
-from urdyn.tracking.commissioned import (
+from urdyn.tracking.belief.commissioned import (
     commissioned,
     gains_of,
     given,

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from urdyn.dbn.figure2 import figure2
 from urdyn.dbn.graph import Edge, Network, Node
 from urdyn.errors import InputError
-from urdyn.tracking.model import SEEN, STRAYING
+from urdyn.tracking.belief.model import SEEN, STRAYING
 
 BESIDE = (
     Node("p", "payload"),

@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from urdyn.tracking.physical import PAYLOAD, Quantities
-from urdyn.tracking.reading import Reading
+from urdyn.tracking.belief.physical import PAYLOAD, Quantities
+from urdyn.tracking.belief.reading import Reading
 
 
 def spare_payload(reading: Reading, of: Quantities) -> tuple[float, float]:

@@ -11,7 +11,7 @@ import numpy as np
 from urdyn.io.plain import plain
 from urdyn.model.body import centre_of_mass
 from urdyn.signal import UNSET
-from urdyn.tracking.physical import KNOWN
+from urdyn.tracking.belief.physical import KNOWN
 from urdyn.types import Array
 
 # [s] of motion for which a setting must have stood before it is called wrong: a program sets it

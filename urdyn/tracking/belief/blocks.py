@@ -32,7 +32,7 @@ from urdyn.dbn.two_slice import TwoSlice, linearised
 from urdyn.estimate import Innovation
 from urdyn.estimate.innovation import Rows, innovation, measured_rows, whitening
 from urdyn.estimate.linearised import predict
-from urdyn.tracking.waiting import Waiting, nothing_waits
+from urdyn.tracking.belief.waiting import Waiting, nothing_waits
 from urdyn.types import Array, Gaussian, Index, Mask, changed
 
 CALM = 1.5  # [-] of the innovations' average size, where 1 is expected

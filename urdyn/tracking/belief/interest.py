@@ -13,9 +13,9 @@ import numpy as np
 
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.io.plain import plain
-from urdyn.tracking.physical import Quantities, weighed
-from urdyn.tracking.reading import Reading
-from urdyn.tracking.spare_payload import spare_payload
+from urdyn.tracking.belief.physical import Quantities, weighed
+from urdyn.tracking.belief.reading import Reading
+from urdyn.tracking.belief.spare_payload import spare_payload
 from urdyn.types import NORMAL90, Array
 
 LONGEST = 1.0  # [s] between two readings that count as one motion
