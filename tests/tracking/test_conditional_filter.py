@@ -9,7 +9,7 @@ import pytest
 
 from urdyn.dbn.measurement import LinearMeasurement, Standing
 from urdyn.estimate import EKF, UKF, InformationFilter, Variational
-from urdyn.tracking.conditional_filter import (
+from urdyn.tracking.streams.conditional_filter import (
     ConditionalBelief,
     LinearisedObservation,
     measurement,

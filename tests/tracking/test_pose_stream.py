@@ -16,10 +16,10 @@ from urdyn.model.geometry.chain_pose import flange
 from urdyn.model.geometry.drawing import drawing_of
 from urdyn.model.geometry.turns import exponential, rotation_vector
 from urdyn.signal import Instant
-from urdyn.tracking.beside import pose_stream
-from urdyn.tracking.conditional_filter import SharedMeasurement
-from urdyn.tracking.pose_stream import APART, PoseStream
-from urdyn.tracking.sights import Sights
+from urdyn.tracking.streams.conditional_filter import SharedMeasurement
+from urdyn.tracking.streams.of_source import pose_stream
+from urdyn.tracking.streams.pose_belief import Sights
+from urdyn.tracking.streams.pose_stream import APART, PoseStream
 from urdyn.types import Array, Gaussian
 
 NOISE = 2e-5  # [m, rad]

@@ -24,7 +24,7 @@ from urdyn.model.geometry.turns import places_of
 from urdyn.signal import Causal, samples
 from urdyn.simulate.watched import watched
 from urdyn.tracking import QUICKER, Tracker, open_source, run
-from urdyn.tracking.beside import WATCHED, beside, pose_stream, with_poses
+from urdyn.tracking.streams.of_source import WATCHED, beside, pose_stream, with_poses
 from urdyn.types import Gaussian, Log
 
 

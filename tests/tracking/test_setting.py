@@ -42,8 +42,8 @@ from urdyn.tracking.belief.payload_setting import (
     compared,
 )
 from urdyn.tracking.belief.physical import KNOWN
-from urdyn.tracking.beside import beside
 from urdyn.tracking.offline import track
+from urdyn.tracking.streams.of_source import beside
 from urdyn.twin import Twin
 
 TOOL = Payload(1.2, np.array([0.0, 0.0, 0.05]))

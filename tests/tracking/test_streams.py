@@ -20,8 +20,8 @@ from urdyn.simulate.payload import Payload
 from urdyn.simulate.watched import watched
 from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import QUICKER, Drift, Tracker, quantities
-from urdyn.tracking.beside import WATCHED, pose_stream
-from urdyn.tracking.wrench_stream import ANEW_TOUCHING, WrenchStream
+from urdyn.tracking.streams.of_source import WATCHED, pose_stream
+from urdyn.tracking.streams.wrench_stream import ANEW_TOUCHING, WrenchStream
 from urdyn.types import Gaussian
 
 SLIP, ONSET, JOINT = 0.02, 14.0, 1

@@ -12,7 +12,7 @@ from urdyn.errors import InputError
 if TYPE_CHECKING:
     from urdyn.model.dynamics import Dynamics
     from urdyn.tracking import Drift, Source
-    from urdyn.tracking.streams import Stream
+    from urdyn.tracking.streams.stream import Stream
 
 OWN = "own"  # poses: the controller's
 MISSING = {
@@ -34,7 +34,7 @@ def listening(
         return source, (), None
     # Imported here: without poses, a twin does not hold calibration in memory.
     from urdyn.identify.kinematics import load_calibration
-    from urdyn.tracking.beside import WATCHED, beside, with_poses
+    from urdyn.tracking.streams.of_source import WATCHED, beside, with_poses
 
     tracked = poses not in (None, OWN)
     if tracked:

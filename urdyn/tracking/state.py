@@ -15,7 +15,7 @@ from urdyn.tracking.noise.colour import Colour, unlearnt
 from urdyn.tracking.past_beliefs import PastBeliefs
 from urdyn.tracking.payload.handling import ImplausibleLoads, Rest
 from urdyn.tracking.payload.hypotheses import PayloadHypotheses, no_hypotheses
-from urdyn.tracking.streams import Heard
+from urdyn.tracking.streams.stream import Heard
 from urdyn.types import Array, Mask
 
 

@@ -33,7 +33,7 @@ from urdyn.tracking.noise.robust_noise import without_robust_noise
 from urdyn.tracking.past_beliefs import PastBeliefs, RollbackPoint
 from urdyn.tracking.payload.handling import ImplausibleLoads, Rest
 from urdyn.tracking.state import TrackerState, restarted, with_encoder_jump
-from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
+from urdyn.tracking.streams.stream import Heard, Moment, Stream, assimilated, first
 from urdyn.tracking.wear_test import WearTest
 from urdyn.tracking.whitened_residuals import ResidualWhitener, WhitenedResiduals
 from urdyn.types import Array, Gaussian, Index, Mask, changed

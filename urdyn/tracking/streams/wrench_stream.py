@@ -27,7 +27,7 @@ from urdyn.dbn.process import RandomWalk
 from urdyn.model.arm import Arm, controller_base
 from urdyn.signal import Instant
 from urdyn.tracking.belief.model import ANYTHING, PAYLOAD_SD
-from urdyn.tracking.conditional_filter import (
+from urdyn.tracking.streams.conditional_filter import (
     LinearisedObservation,
     SharedMeasurement,
     measurement,

@@ -14,7 +14,7 @@ from urdyn.identify.kinematics.placement import Placement, residuals
 from urdyn.identify.kinematics.robust import begin, solve
 from urdyn.identify.kinematics.spread import ANYWHERE
 from urdyn.io.poses import READINGS, Poses
-from urdyn.tracking.conditional_filter import ConditionalBelief
+from urdyn.tracking.streams.conditional_filter import ConditionalBelief
 from urdyn.types import Array, Gaussian, Index, freeze
 
 FINEST = np.array([1e-6, 1e-6])  # [m, rad] resolution of a log's numbers

@@ -21,7 +21,7 @@ from urdyn.identify.kinematics.placement import residuals, slopes
 from urdyn.identify.kinematics.spread import ANYWHERE
 from urdyn.io.poses import READINGS, Poses
 from urdyn.signal import Instant
-from urdyn.tracking.conditional_filter import (
+from urdyn.tracking.streams.conditional_filter import (
     ConditionalBelief,
     LinearisedObservation,
     SharedMeasurement,
@@ -30,8 +30,8 @@ from urdyn.tracking.conditional_filter import (
     updated_noise,
     whitened,
 )
-from urdyn.tracking.sights import FINEST, Build, Sights, begun, nothing_seen
-from urdyn.tracking.streams import NO_STATES
+from urdyn.tracking.streams.pose_belief import FINEST, Build, Sights, begun, nothing_seen
+from urdyn.tracking.streams.stream import NO_STATES
 from urdyn.types import Array, Gaussian, Mask
 
 ENOUGH, OWN = 25, 8  # poses to estimate base and tool from; the controller's base is known

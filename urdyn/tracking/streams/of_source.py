@@ -18,11 +18,11 @@ from urdyn.model.arm import Arm
 from urdyn.model.geometry.drawing import drawing_of
 from urdyn.signal import POSE
 from urdyn.tracking.belief.model import Drift
-from urdyn.tracking.pose_stream import STRAY, PoseStream
-from urdyn.tracking.sights import Build
 from urdyn.tracking.sources.source import Arrival, Source
-from urdyn.tracking.streams import Stream
-from urdyn.tracking.wrench_stream import WrenchStream
+from urdyn.tracking.streams.pose_belief import Build
+from urdyn.tracking.streams.pose_stream import STRAY, PoseStream
+from urdyn.tracking.streams.stream import Stream
+from urdyn.tracking.streams.wrench_stream import WrenchStream
 from urdyn.types import Array, Gaussian, frozen
 
 # While a tracker watches, a joint's zero stays where it is, until poses show that it slipped.

@@ -19,7 +19,7 @@ from urdyn.estimate import Filter
 from urdyn.estimate.protocol import S
 from urdyn.signal import Instant
 from urdyn.tracking.belief.beliefs import marginal
-from urdyn.tracking.conditional_filter import SharedMeasurement
+from urdyn.tracking.streams.conditional_filter import SharedMeasurement
 from urdyn.types import Array, Gaussian, Index
 
 MOST = 500  # rows that may wait: with more, no motion is coming

@@ -1,0 +1,1 @@
+"""Streams beside the joints' own sensors: poses and the wrench, at rates of their own."""
