@@ -9,7 +9,7 @@ import numpy as np
 
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import Contact, features
-from urdyn.tracking.joint_motion import STANDING
+from urdyn.tracking.step.joint_motion import STANDING
 from urdyn.types import Log, Motion
 
 COLUMNS = "timestamp,actual_q*6,actual_qd*6,actual_current*6,target_current*6,target_moment*6"

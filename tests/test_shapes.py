@@ -26,7 +26,7 @@ from urdyn.model.cell import Solid
 from urdyn.model.population import population
 from urdyn.signal import Scaling
 from urdyn.simulate import Payload, Trajectory
-from urdyn.tracking.abrupt_changes import no_evidence
+from urdyn.tracking.step.abrupt_changes import no_evidence
 from urdyn.types import Defect, Gaussian, Log, Motion, Parameters, Source
 
 ONE, TWO, ROWS = np.ones(1), np.ones(2), np.ones((3, 6))

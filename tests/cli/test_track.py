@@ -118,7 +118,7 @@ def test_who_tracks_holds_no_reader_of_tables_and_nothing_of_scipy(story, twin, 
         *options,
     )
     told = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=True)
-    assert "urdyn.tracking.change_detection" in told.stderr
+    assert "urdyn.tracking.step.change_detection" in told.stderr
     for heavy in ("pyarrow", "pandas", "scipy", "urllib.request"):
         assert heavy not in told.stderr
 

@@ -17,7 +17,7 @@ from urdyn.diagnose.rows import rows
 from urdyn.diagnose.space import space
 from urdyn.diagnose.warmth import unfelt
 from urdyn.model.friction import Contact, features
-from urdyn.tracking.joint_motion import STANDING
+from urdyn.tracking.step.joint_motion import STANDING
 
 FIRST = np.diag([0.06, 0.15, 0.1]) ** 2
 OF = np.array([0.5, 0.3, 0.2])

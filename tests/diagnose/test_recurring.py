@@ -31,7 +31,7 @@ from urdyn.diagnose.rows import COULOMB, ROTOR, Rows
 from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.space import space
 from urdyn.identify import Fit
-from urdyn.tracking.joint_motion import STANDING
+from urdyn.tracking.step.joint_motion import STANDING
 from urdyn.types import Array, Log
 
 DOF, SOUND = 40.0, 25.0

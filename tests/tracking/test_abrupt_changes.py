@@ -12,7 +12,7 @@ from urdyn.simulate import observe, typical_sensors
 from urdyn.simulate.payload import Payload
 from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
-from urdyn.tracking.abrupt_changes import (
+from urdyn.tracking.step.abrupt_changes import (
     TOLD,
     WEAR_MEMORY,
     PriorScales,

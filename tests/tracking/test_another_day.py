@@ -17,7 +17,7 @@ from urdyn.signal import condition, samples
 from urdyn.signal.stretches import median_step
 from urdyn.tracking import Tracker, TrackerState
 from urdyn.tracking.belief.model import DAY
-from urdyn.tracking.joint_motion import STANDING
+from urdyn.tracking.step.joint_motion import STANDING
 from urdyn.types import Log
 
 MORE = 0.5  # [-] of friction, since commissioning

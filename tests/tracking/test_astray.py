@@ -13,7 +13,7 @@ from urdyn.signal import samples
 from urdyn.tracking import Tracker, open_source
 from urdyn.tracking.belief.blocks import Blocks
 from urdyn.tracking.sources.losses import as_plain, no_losses
-from urdyn.tracking.state import restarted
+from urdyn.tracking.step.state import restarted
 
 HALF = 0.5 * RATE  # [Hz] most of it is told by half as many samples
 WRONG = 8.0, 16.0  # [s]

@@ -8,7 +8,7 @@ from urdyn.estimate import EKF, UKF, InformationFilter, ParticleFilter, Variatio
 from urdyn.signal import samples
 from urdyn.tracking import QUICKER, Tracker, open_source
 from urdyn.tracking.belief import beliefs
-from urdyn.tracking.state import with_encoder_jump
+from urdyn.tracking.step.state import with_encoder_jump
 from urdyn.types import Gaussian
 
 GAUSSIAN = [EKF(), UKF(), InformationFilter(), Variational(), *QUICKER.values()]

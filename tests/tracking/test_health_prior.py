@@ -13,8 +13,8 @@ from urdyn.simulate import fourier, observe, typical_sensors
 from urdyn.simulate.schedule import Handling
 from urdyn.tracking import QUICKER, Tracker
 from urdyn.tracking.belief.model import HEALTH_SD
-from urdyn.tracking.health_prior import ALIKE, ALIKE_SD, HealthPrior
-from urdyn.tracking.payload.hypotheses import LOAD
+from urdyn.tracking.step.health_prior import ALIKE, ALIKE_SD, HealthPrior
+from urdyn.tracking.step.payload_hypotheses import LOAD
 from urdyn.types import Gaussian
 
 J = 6

@@ -14,9 +14,9 @@ from urdyn.signal import Sample, Touch, samples
 from urdyn.tracking import Arrival, Tracker, open_source
 from urdyn.tracking.belief.blocks import Blocks
 from urdyn.tracking.belief.network import of_arm, tracked_network
-from urdyn.tracking.joint_motion import STANDING
 from urdyn.tracking.modes import QUICKER, mode_of
 from urdyn.tracking.sources.losses import as_plain, counted, no_losses, too_sparse
+from urdyn.tracking.step.joint_motion import STANDING
 
 PERIOD = 0.01
 

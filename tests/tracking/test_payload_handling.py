@@ -18,7 +18,7 @@ from urdyn.simulate.schedule import Handling
 from urdyn.simulate.work import Work, pick_and_place
 from urdyn.tracking import Tracker
 from urdyn.tracking.belief.physical import KNOWN
-from urdyn.tracking.payload.handling import (
+from urdyn.tracking.step.payload_handling import (
     HANDLING,
     LEARNT,
     REST,

@@ -12,12 +12,12 @@ from urdyn.signal import samples
 from urdyn.simulate import observe, plan, typical_sensors
 from urdyn.simulate.schedule import Handling
 from urdyn.tracking import Tracker
-from urdyn.tracking.abrupt_changes import LASTS
 from urdyn.tracking.belief.physical import KNOWN
-from urdyn.tracking.change_detection import ChangeDetector, Detection, Hypothesis
-from urdyn.tracking.payload.belief import with_load
-from urdyn.tracking.payload.handling import HandlingPhase, ImplausibleLoads, Rest
-from urdyn.tracking.payload.hypotheses import (
+from urdyn.tracking.step.abrupt_changes import LASTS
+from urdyn.tracking.step.change_detection import ChangeDetector, Detection, Hypothesis
+from urdyn.tracking.step.payload_belief import with_load
+from urdyn.tracking.step.payload_handling import HandlingPhase, ImplausibleLoads, Rest
+from urdyn.tracking.step.payload_hypotheses import (
     CHANGE,
     LOAD,
     OTHERS,
@@ -26,7 +26,7 @@ from urdyn.tracking.payload.hypotheses import (
     PayloadHypotheses,
     no_hypotheses,
 )
-from urdyn.tracking.wear_test import WearTest
+from urdyn.tracking.step.wear_test import WearTest
 from urdyn.types import Gaussian
 
 

@@ -174,7 +174,7 @@ def test_parameters_may_move_every_few_samples_only(monkeypatch):
     dynamics, fit = commissioned(0)
     log, found = at_work(dynamics, 0, 1, 10.0), []
     for stride in (0.0, 0.075):  # [s] every sample, every eighth
-        monkeypatch.setattr("urdyn.tracking.tracker.STRIDE", stride)
+        monkeypatch.setattr("urdyn.tracking.step.tracker.STRIDE", stride)
         readings, physical = tracked(fit, log, EKF())
         spans = [reading.inputs.span for reading in readings]
         assert sum(spans) == pytest.approx(readings[-1].t - readings[0].t, abs=0.08)

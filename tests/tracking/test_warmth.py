@@ -20,7 +20,7 @@ from urdyn.simulate import (
 )
 from urdyn.tracking import Tracker, quantities
 from urdyn.tracking.belief.model import LAG
-from urdyn.tracking.warmth import warmed
+from urdyn.tracking.step.warmth import warmed
 
 RATE = 20.0
 

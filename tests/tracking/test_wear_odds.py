@@ -13,8 +13,8 @@ from urdyn.dbn.wear import Fading, Jolt, Wear
 from urdyn.estimate import EKF
 from urdyn.tracking import Tracker
 from urdyn.tracking.belief.model import JOLTS
-from urdyn.tracking.past_beliefs import ROLLBACK
-from urdyn.tracking.wear_test import ASKED, SURE, WearOdds, WearTest
+from urdyn.tracking.step.past_beliefs import ROLLBACK
+from urdyn.tracking.step.wear_test import ASKED, SURE, WearOdds, WearTest
 from urdyn.types import Gaussian
 
 J, OTHERS = 2, 3

@@ -29,7 +29,7 @@ from urdyn.simulate.sensors import Sensors, real_sensors
 from urdyn.tracking.belief.model import by_taken
 from urdyn.tracking.belief.physical import quantities
 from urdyn.tracking.belief.reading import Reading
-from urdyn.tracking.tracker import Tracker
+from urdyn.tracking.step.tracker import Tracker
 from urdyn.types import NORMAL90, Array, Gaussian
 
 COMMISSIONING = 25.0  # [s]

@@ -27,7 +27,7 @@ from urdyn.diagnose.recurring import at_first as none_recurred
 from urdyn.diagnose.rows import Rows, joined
 from urdyn.diagnose.space import Space
 from urdyn.signal.stretches import GAP
-from urdyn.tracking.joint_motion import STANDING
+from urdyn.tracking.step.joint_motion import STANDING
 from urdyn.types import Array, Mask
 
 HALF = np.concatenate([GAPS, FLIGHTS])  # [rad] half gaps tested for

@@ -19,7 +19,7 @@ from scipy.special import logsumexp
 
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
-from urdyn.tracking.joint_motion import STANDING
+from urdyn.tracking.step.joint_motion import STANDING
 from urdyn.types import Array, Mask
 
 GAPS = np.array([5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3])  # [rad] half gaps tested for

@@ -28,7 +28,7 @@ from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.signal import Causal
 from urdyn.signal.polynomial import averaging
-from urdyn.tracking.joint_motion import STANDING
+from urdyn.tracking.step.joint_motion import STANDING
 from urdyn.types import Array, Mask
 
 FLIGHTS = 2.5e-4 * np.sqrt(2.0) ** np.arange(10)  # [rad] half gaps tested for

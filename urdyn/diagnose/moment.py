@@ -13,7 +13,7 @@ import numpy as np
 
 from urdyn.diagnose.rows import COULOMB, HEALTH, STRUCTURAL, Rows, derivatives
 from urdyn.model.drive import Drive
-from urdyn.tracking.joint_motion import STANDING
+from urdyn.tracking.step.joint_motion import STANDING
 from urdyn.types import Array, Index
 
 AVERAGED = 50.0  # [Hz] most rows left

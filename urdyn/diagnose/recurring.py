@@ -33,7 +33,7 @@ from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.recurrence import FEWEST, LATE, aligned, ratios
 from urdyn.diagnose.rows import COULOMB, ROTOR, Rows
 from urdyn.diagnose.space import Space
-from urdyn.tracking.joint_motion import STANDING
+from urdyn.tracking.step.joint_motion import STANDING
 from urdyn.types import Array, Index, Mask
 
 BIN, BEFORE, AFTER = 0.02, 5, 8  # [s]; bins of a window before and after a reversal

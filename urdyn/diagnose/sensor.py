@@ -18,7 +18,7 @@ from urdyn.diagnose.evidence import CLIPPED
 from urdyn.diagnose.fast_rules import SensorRule
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
-from urdyn.tracking.joint_motion import STANDING
+from urdyn.tracking.step.joint_motion import STANDING
 from urdyn.types import Array, Mask
 
 MODES = ("stuck", "dropped", "noisy", "erratic")

@@ -23,7 +23,7 @@ from urdyn.diagnose.space import Space
 from urdyn.model.population import KAPPA
 from urdyn.signal.channels import mean_measured
 from urdyn.tracking.belief.model import LAG
-from urdyn.tracking.warmth import warmed
+from urdyn.tracking.step.warmth import warmed
 from urdyn.types import Array
 
 UNKNOWN = ("kappa", "lag", "start", "coulomb")  # of each joint, after the states of the space

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from urdyn.tracking.rehearsal import rehearse
     from urdyn.tracking.run import run
     from urdyn.tracking.sources.source import Arrival, Source, open_source
-    from urdyn.tracking.state import TrackerState
-    from urdyn.tracking.tracker import Tracker
+    from urdyn.tracking.step.state import TrackerState
+    from urdyn.tracking.step.tracker import Tracker
 
 __all__ = [
     "MODES",
@@ -64,7 +64,7 @@ __getattr__ = lookup(
         "urdyn.tracking.rehearsal": ("rehearse",),
         "urdyn.tracking.run": ("run",),
         "urdyn.tracking.sources.source": ("Arrival", "Source", "open_source"),
-        "urdyn.tracking.state": ("TrackerState",),
-        "urdyn.tracking.tracker": ("Tracker",),
+        "urdyn.tracking.step.state": ("TrackerState",),
+        "urdyn.tracking.step.tracker": ("Tracker",),
     },
 )

@@ -26,7 +26,7 @@ from urdyn.io import writing
 from urdyn.tracking.belief.interest import Interest
 from urdyn.tracking.belief.payload_setting import Setting
 from urdyn.tracking.sources.losses import Losses
-from urdyn.tracking.state import TrackerState
+from urdyn.tracking.step.state import TrackerState
 from urdyn.types import Array
 
 FILE = "checkpoint.npz"

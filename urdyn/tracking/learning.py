@@ -32,7 +32,7 @@ from urdyn.identify.slow import MEMORY
 from urdyn.signal import Sample
 from urdyn.tracking.belief.model import Drift, patterns_of, straying
 from urdyn.tracking.belief.reading import Reading
-from urdyn.tracking.tracker import Tracker
+from urdyn.tracking.step.tracker import Tracker
 from urdyn.types import Array, Gaussian, Index, freeze
 
 STRETCH = 5.0  # [s]

@@ -14,7 +14,7 @@ from urdyn.identify.fit import Fit
 from urdyn.signal import Sample
 from urdyn.tracking.belief.blocks import Blocks
 from urdyn.tracking.belief.physical import quantities
-from urdyn.tracking.tracker import Tracker
+from urdyn.tracking.step.tracker import Tracker
 from urdyn.types import NORMAL90, Array
 
 LONGEST = 16  # samples that a joint may wait for in realtime mode

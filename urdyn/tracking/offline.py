@@ -21,7 +21,7 @@ from urdyn.tracking.belief.payload_setting import Setting, agrees, at_the_end
 from urdyn.tracking.belief.physical import quantities, weighed
 from urdyn.tracking.row import spacing
 from urdyn.tracking.sources.source import Arrival, Source
-from urdyn.tracking.tracker import Tracker
+from urdyn.tracking.step.tracker import Tracker
 from urdyn.twin import Twin
 from urdyn.types import Log
 

@@ -11,7 +11,7 @@ from urdyn.identify.fit import Fit
 from urdyn.signal import Sample
 from urdyn.tracking.belief.physical import quantities
 from urdyn.tracking.row import row
-from urdyn.tracking.tracker import Tracker
+from urdyn.tracking.step.tracker import Tracker
 
 PERIOD = 0.002  # [s]
 SAMPLES = 40  # more than any signal window

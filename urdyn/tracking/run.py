@@ -38,9 +38,9 @@ from urdyn.tracking.sources.another_robot import of_this_arm
 from urdyn.tracking.sources.losses import Losses, counted, no_losses
 from urdyn.tracking.sources.restarts import arrivals
 from urdyn.tracking.sources.source import Arrival, Source, now
-from urdyn.tracking.state import TrackerState, begun_anew
+from urdyn.tracking.step.state import TrackerState, begun_anew
+from urdyn.tracking.step.tracker import Tracker
 from urdyn.tracking.summary import Summary, final, ill_sensors, quality
-from urdyn.tracking.tracker import Tracker
 from urdyn.version import __version__
 
 SWITCH = 5e-4  # [s] after which one thread yields to another

@@ -14,7 +14,7 @@ from urdyn.tracking.belief.physical import Quantities
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.sources.losses import as_plain, too_sparse
 from urdyn.tracking.sources.source import Source
-from urdyn.tracking.tracker import Tracker
+from urdyn.tracking.step.tracker import Tracker
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,13 +8,13 @@ from typing import Any, Generic
 from urdyn.estimate import Filter
 from urdyn.estimate.protocol import S
 from urdyn.signal import CausalState
-from urdyn.tracking.abrupt_changes import Evidence
 from urdyn.tracking.belief.beliefs import shifted
-from urdyn.tracking.joint_motion import JointState
 from urdyn.tracking.noise.colour import Colour, unlearnt
-from urdyn.tracking.past_beliefs import PastBeliefs
-from urdyn.tracking.payload.handling import ImplausibleLoads, Rest
-from urdyn.tracking.payload.hypotheses import PayloadHypotheses, no_hypotheses
+from urdyn.tracking.step.abrupt_changes import Evidence
+from urdyn.tracking.step.joint_motion import JointState
+from urdyn.tracking.step.past_beliefs import PastBeliefs
+from urdyn.tracking.step.payload_handling import ImplausibleLoads, Rest
+from urdyn.tracking.step.payload_hypotheses import PayloadHypotheses, no_hypotheses
 from urdyn.tracking.streams.stream import Heard
 from urdyn.types import Array, Mask
 

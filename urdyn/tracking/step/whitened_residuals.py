@@ -15,12 +15,12 @@ from urdyn.estimate import Filter, Innovation
 from urdyn.estimate.protocol import S
 from urdyn.model.drive import Drive
 from urdyn.signal import Instant
-from urdyn.tracking.abrupt_changes import AbruptChange
-from urdyn.tracking.change_detection import Hypothesis
-from urdyn.tracking.joint_motion import JointMotion
 from urdyn.tracking.noise import colour, variance_scale
 from urdyn.tracking.noise.colour import Colour
 from urdyn.tracking.noise.robust_noise import with_robust_noise
+from urdyn.tracking.step.abrupt_changes import AbruptChange
+from urdyn.tracking.step.change_detection import Hypothesis
+from urdyn.tracking.step.joint_motion import JointMotion
 from urdyn.types import Array, changed
 
 SURE = 2.0  # [-] variance of an innovation over its noise's, below which it shows the noise

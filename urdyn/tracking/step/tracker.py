@@ -20,22 +20,28 @@ from urdyn.estimate.protocol import S
 from urdyn.identify.fit import Fit
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.signal.stretches import GAP
-from urdyn.tracking.abrupt_changes import accumulated, no_evidence
 from urdyn.tracking.belief import beliefs
 from urdyn.tracking.belief.model import STRIDE, Drift, tracking_model
 from urdyn.tracking.belief.network import of_arm
 from urdyn.tracking.belief.reading import Reading
-from urdyn.tracking.change_detection import ChangeDetector, Hypothesis
-from urdyn.tracking.joint_motion import LONGEST, JointMotion, before_any, joint_motion, long_ago
 from urdyn.tracking.noise import colour
 from urdyn.tracking.noise.colour import Colour
 from urdyn.tracking.noise.robust_noise import without_robust_noise
-from urdyn.tracking.past_beliefs import PastBeliefs, RollbackPoint
-from urdyn.tracking.payload.handling import ImplausibleLoads, Rest
-from urdyn.tracking.state import TrackerState, restarted, with_encoder_jump
+from urdyn.tracking.step.abrupt_changes import accumulated, no_evidence
+from urdyn.tracking.step.change_detection import ChangeDetector, Hypothesis
+from urdyn.tracking.step.joint_motion import (
+    LONGEST,
+    JointMotion,
+    before_any,
+    joint_motion,
+    long_ago,
+)
+from urdyn.tracking.step.past_beliefs import PastBeliefs, RollbackPoint
+from urdyn.tracking.step.payload_handling import ImplausibleLoads, Rest
+from urdyn.tracking.step.state import TrackerState, restarted, with_encoder_jump
+from urdyn.tracking.step.wear_test import WearTest
+from urdyn.tracking.step.whitened_residuals import ResidualWhitener, WhitenedResiduals
 from urdyn.tracking.streams.stream import Heard, Moment, Stream, assimilated, first
-from urdyn.tracking.wear_test import WearTest
-from urdyn.tracking.whitened_residuals import ResidualWhitener, WhitenedResiduals
 from urdyn.types import Array, Gaussian, Index, Mask, changed
 
 # Factors on the commissioned values that no drive exceeds, whatever happens to it.

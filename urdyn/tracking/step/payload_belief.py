@@ -11,9 +11,9 @@ import numpy as np
 from urdyn.estimate import Filter
 from urdyn.estimate.protocol import S, is_gaussian
 from urdyn.tracking.belief import beliefs
-from urdyn.tracking.health_prior import HealthPrior
-from urdyn.tracking.payload.hypotheses import LOAD, PayloadHypotheses, no_hypotheses
-from urdyn.tracking.state import TrackerState
+from urdyn.tracking.step.health_prior import HealthPrior
+from urdyn.tracking.step.payload_hypotheses import LOAD, PayloadHypotheses, no_hypotheses
+from urdyn.tracking.step.state import TrackerState
 from urdyn.types import Array, Gaussian, Index
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from urdyn.model.drive import Drive
 from urdyn.model.friction import follow
 from urdyn.signal import Instant
-from urdyn.tracking.warmth import warmed
+from urdyn.tracking.step.warmth import warmed
 from urdyn.types import STANDSTILL, Array, Mask
 
 STANDING = STANDSTILL  # [rad/s] below this, friction is whatever holds the joint

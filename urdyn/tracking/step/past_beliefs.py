@@ -8,7 +8,7 @@ from typing import Generic
 
 from urdyn.estimate.protocol import S
 from urdyn.tracking.noise.colour import Colour
-from urdyn.tracking.wear_test import ASKED, WearReference
+from urdyn.tracking.step.wear_test import ASKED, WearReference
 
 ROLLBACK = 2.0  # [s] that a change may take to be detected
 

@@ -12,7 +12,10 @@ import numpy as np
 from urdyn.estimate import Filter
 from urdyn.estimate.protocol import S, is_gaussian
 from urdyn.model.drive import Drive
-from urdyn.tracking.abrupt_changes import (
+from urdyn.tracking.belief import beliefs
+from urdyn.tracking.belief.model import BULKY, LIGHT
+from urdyn.tracking.belief.physical import KNOWN
+from urdyn.tracking.step.abrupt_changes import (
     LASTS,
     AbruptChange,
     Evidence,
@@ -23,15 +26,12 @@ from urdyn.tracking.abrupt_changes import (
     significant,
     wearing_drive,
 )
-from urdyn.tracking.belief import beliefs
-from urdyn.tracking.belief.model import BULKY, LIGHT
-from urdyn.tracking.belief.physical import KNOWN
-from urdyn.tracking.health_prior import HealthPrior
-from urdyn.tracking.payload.belief import PayloadBelief
-from urdyn.tracking.payload.handling import HANDLING, HandlingPhase, exchanged
-from urdyn.tracking.payload.hypotheses import CHANGE, PayloadHypotheses
-from urdyn.tracking.state import TrackerState, rolled_back
-from urdyn.tracking.wear_test import ASK, SURE, SURER, YOUNG, WearReference, WearTest
+from urdyn.tracking.step.health_prior import HealthPrior
+from urdyn.tracking.step.payload_belief import PayloadBelief
+from urdyn.tracking.step.payload_handling import HANDLING, HandlingPhase, exchanged
+from urdyn.tracking.step.payload_hypotheses import CHANGE, PayloadHypotheses
+from urdyn.tracking.step.state import TrackerState, rolled_back
+from urdyn.tracking.step.wear_test import ASK, SURE, SURER, YOUNG, WearReference, WearTest
 from urdyn.types import Array, Mask, changed
 
 PATIENCE = 2.0  # [s] after one change was reported before the next may be

@@ -1,1 +1,0 @@
-"""What an arm carries: handled pieces, and the belief in the load meanwhile."""
