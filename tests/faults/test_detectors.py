@@ -23,7 +23,7 @@ from urdyn.faults import (
     stated_baseline,
     tuned_algorithm2,
 )
-from urdyn.tracking.checkpoint import _cells, _filled
+from urdyn.tracking.output.checkpoint import _cells, _filled
 from urdyn.types import Array
 
 DETECTORS: list[Any] = [

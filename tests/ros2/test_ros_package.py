@@ -20,8 +20,8 @@ import yaml
 from urdyn.io.bags.joints import JOINTS
 from urdyn.io.ros2.listen import Understanding
 from urdyn.io.ros2.talk import TOPICS
-from urdyn.tracking import announce
 from urdyn.tracking.belief.physical import FRICTION, JOINT, PAYLOAD
+from urdyn.tracking.output import announce
 
 HERE = Path(__file__).parents[2] / "ros2" / "urdyn_ros"
 

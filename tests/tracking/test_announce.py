@@ -17,9 +17,10 @@ from urdyn.io.seen import acknowledged, forgetting, seen
 from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Level, Status, of_finding
 from urdyn.signal import samples
-from urdyn.tracking import Arrival, announce, open_source
-from urdyn.tracking.announce import Announcer, Audience, by_part
-from urdyn.tracking.health import FRICTION, HEALTH, limited, stale, statuses
+from urdyn.tracking import Arrival, open_source
+from urdyn.tracking.output import announce
+from urdyn.tracking.output.announce import Announcer, Audience, by_part
+from urdyn.tracking.output.statuses import FRICTION, HEALTH, limited, stale, statuses
 from urdyn.tracking.sources.source import now
 
 JOINTS = ("shoulder_pan_joint", "elbow_joint")
@@ -267,7 +268,9 @@ def test_a_run_that_is_behind_its_robot_says_so_until_it_ends(workshop, tmp_path
 def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
     monkeypatch.setattr(announce, "PULSE", 0.05)
     monkeypatch.setattr(announce, "STALE", 0.3)
-    monkeypatch.setattr(import_module("urdyn.tracking.row"), "RATE", 1e3)  # [Hz] all of them
+    monkeypatch.setattr(
+        import_module("urdyn.tracking.output.history_row"), "RATE", 1e3
+    )  # [Hz] all of them
     sent, scraped, glances = [], [], []
     voice = Voice(Types(lambda name: Message, int), lambda *one: sent.append(one), True, True)
     plants = [

@@ -5,9 +5,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from urdyn.io.run_folder import HISTORY, PARTS
-from urdyn.tracking.history import FEW, History, Whole
-from urdyn.tracking.parts import part_file
-from urdyn.tracking.row import columns
+from urdyn.tracking.output.history import FEW, History, Whole
+from urdyn.tracking.output.history_parts import part_file
+from urdyn.tracking.output.history_row import columns
 
 NAMES = ("payload.mass",), ("kg",), 1
 

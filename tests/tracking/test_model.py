@@ -12,11 +12,11 @@ from urdyn.estimate import EKF, UKF
 from urdyn.model.friction import WORKING_SPEED
 from urdyn.signal import Instant
 from urdyn.tracking import Drift, tracking_model
-from urdyn.tracking.announce import by_part
 from urdyn.tracking.belief.blocks import Blocks
 from urdyn.tracking.belief.commissioned import gains_of, given, taken_for_known
 from urdyn.tracking.belief.model import ANYTHING, DAY, GAIN_SD, PAYLOAD_SD, SKEW_SD, by_taken
 from urdyn.tracking.belief.physical import quantities
+from urdyn.tracking.output.announce import by_part
 from urdyn.types import Gaussian
 
 JOINT = 2

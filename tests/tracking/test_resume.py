@@ -21,7 +21,7 @@ from urdyn.estimate import UKF, InformationFilter
 from urdyn.io import alone, write
 from urdyn.signal import samples
 from urdyn.tracking import Arrival, open_source
-from urdyn.tracking.checkpoint import FILE
+from urdyn.tracking.output.checkpoint import FILE
 
 ROOT = Path(__file__).parents[2]
 OFTEN = 100  # samples between checkpoints here, and 1000 of a recording elsewhere

@@ -14,7 +14,7 @@ from urdyn.io import sha256, write
 from urdyn.model.arm import load_arm
 from urdyn.simulate import simulate
 from urdyn.tracking import Tracker, open_source, quantities
-from urdyn.tracking.latency import Latency
+from urdyn.tracking.output.latency import Latency
 
 ROWS = 600
 

@@ -19,7 +19,7 @@ from urdyn.report.track.history import find_history
 from urdyn.signal import samples
 from urdyn.tracking import open_source, run
 from urdyn.tracking.belief.interest import nothing_yet
-from urdyn.tracking.checkpoint import FILE, Checkpoint, flattened, write
+from urdyn.tracking.output.checkpoint import FILE, Checkpoint, flattened, write
 from urdyn.tracking.sources import ros2_source
 from urdyn.tracking.sources.losses import no_losses
 from urdyn.tracking.sources.source import now

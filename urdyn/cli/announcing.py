@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import urdyn as ud
     from urdyn.io.listener import Listener
     from urdyn.io.ros2.talk import Voice
-    from urdyn.tracking.progress import RunProgress, Watch
+    from urdyn.tracking.output.progress import RunProgress, Watch
 
 PUBLISHED = ("feed_forward", "friction_scales")
 HANDED = ("urdf", "payload")
@@ -51,7 +51,7 @@ def announcing(
         raise InputError(f"--serial {serial!r}: is to be of signs that can be printed")
     if mqtt is not None and not serial:  # two arms of a type would take turns under its name
         raise InputError("--mqtt: topics are urdyn/SERIAL/...; say which arm it is by --serial")
-    from urdyn.tracking.announce import Announcer, Audience
+    from urdyn.tracking.output.announce import Announcer, Audience
 
     with ExitStack() as ends:
         plants = _plants(serial, prometheus, mqtt, ends)
@@ -131,7 +131,7 @@ def _payload(fit: ud.Fit, summary: Mapping[str, Any]) -> str:
     """
     from urdyn.tracking.belief.payload_setting import settable
     from urdyn.tracking.belief.physical import KNOWN, PAYLOAD
-    from urdyn.tracking.summary import ill_sensors
+    from urdyn.tracking.output.summary import ill_sensors
     from urdyn.types import NORMAL90
 
     if ill := ill_sensors(summary):

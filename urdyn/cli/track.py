@@ -244,7 +244,7 @@ def _require_own(out: Path, stream: Source) -> None:
     One that is not finished is its checkpoint's business.
     """
     from urdyn.io.run_folder import HISTORY
-    from urdyn.tracking.checkpoint import ANEW, whose
+    from urdyn.tracking.output.checkpoint import ANEW, whose
 
     if whose(out) or not (out / HISTORY).exists():
         return

@@ -15,7 +15,7 @@ from urdyn.model.arm import Arm, load_arm
 from urdyn.model.library import robots
 from urdyn.report.track.history import History, find_history
 from urdyn.tracking import Tracker, open_source
-from urdyn.tracking.checkpoint import whose
+from urdyn.tracking.output.checkpoint import whose
 from urdyn.view.live import address, followed, tracked, watched
 from urdyn.view.replay import motion, replay
 

@@ -22,7 +22,7 @@ from urdyn.report.terminal import terminal_table
 from urdyn.tracking import RunProgress
 from urdyn.tracking.belief.payload_setting import compared
 from urdyn.tracking.belief.physical import weighed
-from urdyn.tracking.progress import LATE, Watch
+from urdyn.tracking.output.progress import LATE, Watch
 
 JOINT = {"friction": f"friction at {WORKING_SPEED} rad/s", "health": "health"}
 PAUSE = 0.25  # [s] between two updates

@@ -46,7 +46,7 @@ from urdyn.diagnose.warmth import Warmth
 from urdyn.errors import InputError
 from urdyn.io import writing
 from urdyn.signal import Instant
-from urdyn.tracking.checkpoint import DAMAGE
+from urdyn.tracking.output.checkpoint import DAMAGE
 
 KNOWN = (
     Absence, Bank, Bin, Block, Book, Carrying, Change, Creep, Fault, FastState, Felt, Finding,

@@ -8,12 +8,12 @@ if TYPE_CHECKING:
     from urdyn.tracking.belief.model import Drift, tracking_model
     from urdyn.tracking.belief.physical import Quantities, quantities
     from urdyn.tracking.belief.reading import Reading
-    from urdyn.tracking.checkpoint import Checkpoint
-    from urdyn.tracking.keeper import begin_scribe
     from urdyn.tracking.learning import drift_of, learn_edges, learn_wear
     from urdyn.tracking.modes import MODES, QUICKER, Loss, Mode, losses, side_by_side
-    from urdyn.tracking.observer import Observer
-    from urdyn.tracking.progress import RunProgress
+    from urdyn.tracking.output.checkpoint import Checkpoint
+    from urdyn.tracking.output.keeper import begin_scribe
+    from urdyn.tracking.output.observer import Observer
+    from urdyn.tracking.output.progress import RunProgress
     from urdyn.tracking.rehearsal import rehearse
     from urdyn.tracking.run import run
     from urdyn.tracking.sources.source import Arrival, Source, open_source
@@ -52,13 +52,13 @@ __all__ = [
 __getattr__ = lookup(
     __name__,
     {
-        "urdyn.tracking.checkpoint": ("Checkpoint",),
-        "urdyn.tracking.progress": ("RunProgress",),
-        "urdyn.tracking.keeper": ("begin_scribe",),
+        "urdyn.tracking.output.checkpoint": ("Checkpoint",),
+        "urdyn.tracking.output.progress": ("RunProgress",),
+        "urdyn.tracking.output.keeper": ("begin_scribe",),
         "urdyn.tracking.learning": ("drift_of", "learn_edges", "learn_wear"),
         "urdyn.tracking.belief.model": ("Drift", "tracking_model"),
         "urdyn.tracking.modes": ("MODES", "QUICKER", "Loss", "Mode", "losses", "side_by_side"),
-        "urdyn.tracking.observer": ("Observer",),
+        "urdyn.tracking.output.observer": ("Observer",),
         "urdyn.tracking.belief.physical": ("Quantities", "quantities"),
         "urdyn.tracking.belief.reading": ("Reading",),
         "urdyn.tracking.rehearsal": ("rehearse",),

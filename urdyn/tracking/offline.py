@@ -19,7 +19,7 @@ from urdyn.signal.stretches import median_step
 from urdyn.tracking.belief.interest import Interest, after, as_plain, nothing_yet
 from urdyn.tracking.belief.payload_setting import Setting, agrees, at_the_end
 from urdyn.tracking.belief.physical import quantities, weighed
-from urdyn.tracking.row import spacing
+from urdyn.tracking.output.history_row import spacing
 from urdyn.tracking.sources.source import Arrival, Source
 from urdyn.tracking.step.tracker import Tracker
 from urdyn.twin import Twin

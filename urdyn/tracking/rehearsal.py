@@ -10,7 +10,7 @@ from urdyn.estimate import Filter
 from urdyn.identify.fit import Fit
 from urdyn.signal import Sample
 from urdyn.tracking.belief.physical import quantities
-from urdyn.tracking.row import row
+from urdyn.tracking.output.history_row import row
 from urdyn.tracking.step.tracker import Tracker
 
 PERIOD = 0.002  # [s]

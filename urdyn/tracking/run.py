@@ -21,26 +21,26 @@ from urdyn.io.clock import elapsed
 from urdyn.io.helper import Helper
 from urdyn.io.rss import peak_rss
 from urdyn.model.whose import require_own
-from urdyn.tracking import checkpoint
 from urdyn.tracking.belief import beliefs, interest
 from urdyn.tracking.belief.payload_setting import agrees, at_the_end
 from urdyn.tracking.belief.physical import Quantities, quantities, weighed
 from urdyn.tracking.belief.reading import Reading
-from urdyn.tracking.checkpoint import Checkpoint
-from urdyn.tracking.keeper import Keeper, begin_scribe
-from urdyn.tracking.latency import Latency
 from urdyn.tracking.modes import mode_of
-from urdyn.tracking.observer import Observer
-from urdyn.tracking.parts import discard_parts, drop_others, writing_parts
-from urdyn.tracking.progress import RunProgress, Watch
-from urdyn.tracking.row import row, spacing
+from urdyn.tracking.output import checkpoint
+from urdyn.tracking.output.checkpoint import Checkpoint
+from urdyn.tracking.output.history_parts import discard_parts, drop_others, writing_parts
+from urdyn.tracking.output.history_row import row, spacing
+from urdyn.tracking.output.keeper import Keeper, begin_scribe
+from urdyn.tracking.output.latency import Latency
+from urdyn.tracking.output.observer import Observer
+from urdyn.tracking.output.progress import RunProgress, Watch
+from urdyn.tracking.output.summary import Summary, final, ill_sensors, quality
 from urdyn.tracking.sources.another_robot import of_this_arm
 from urdyn.tracking.sources.losses import Losses, counted, no_losses
 from urdyn.tracking.sources.restarts import arrivals
 from urdyn.tracking.sources.source import Arrival, Source, now
 from urdyn.tracking.step.state import TrackerState, begun_anew
 from urdyn.tracking.step.tracker import Tracker
-from urdyn.tracking.summary import Summary, final, ill_sensors, quality
 from urdyn.version import __version__
 
 SWITCH = 5e-4  # [s] after which one thread yields to another

@@ -13,7 +13,7 @@ from urdyn.errors import UrdynError
 from urdyn.estimate.protocol import S
 from urdyn.report.track.history import find_history
 from urdyn.tracking import Source, Tracker, quantities
-from urdyn.tracking.checkpoint import whose
+from urdyn.tracking.output.checkpoint import whose
 from urdyn.tracking.sources.restarts import arrivals
 from urdyn.tracking.sources.source import ROS2, SCHEME, now
 from urdyn.types import Array, Gaussian

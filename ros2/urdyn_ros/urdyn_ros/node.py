@@ -30,9 +30,9 @@ from urdyn.io.ros2.talk import TOPICS, Voice
 from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Level, Status
 from urdyn.tracking import Tracker, run
-from urdyn.tracking.announce import Announcer, Audience
 from urdyn.tracking.belief.payload_setting import settable
 from urdyn.tracking.belief.physical import KNOWN, PAYLOAD
+from urdyn.tracking.output.announce import Announcer, Audience
 from urdyn.tracking.sources.ros2_source import hearing
 
 PARAMETERS: dict[str, Any] = {

@@ -19,8 +19,8 @@ from urdyn.io.status import Status
 from urdyn.model.body import centre_of_mass
 from urdyn.model.friction import WORKING_SPEED
 from urdyn.tracking.belief.physical import PAYLOAD
-from urdyn.tracking.health import STALE, limited, stale, statuses
-from urdyn.tracking.progress import RunProgress
+from urdyn.tracking.output.progress import RunProgress
+from urdyn.tracking.output.statuses import STALE, limited, stale, statuses
 from urdyn.types import Array
 
 LOG = logging.getLogger(__name__)

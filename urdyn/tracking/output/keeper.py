@@ -10,16 +10,16 @@ from typing import Generic
 from urdyn.estimate.protocol import S
 from urdyn.io.frames import Words, numbers_frame, words_frame, words_of
 from urdyn.io.helper import Helper
-from urdyn.tracking import checkpoint
 from urdyn.tracking.belief.physical import Quantities
-from urdyn.tracking.checkpoint import Checkpoint
-from urdyn.tracking.observer import Observer
+from urdyn.tracking.output import checkpoint
+from urdyn.tracking.output.checkpoint import Checkpoint
+from urdyn.tracking.output.observer import Observer
 from urdyn.types import Array
 
 
 def begin_scribe() -> Helper:
     """Start the writing process; started early, it is ready when the stream is."""
-    return Helper("urdyn.tracking.scribe", "the history's scribe", "run again")
+    return Helper("urdyn.tracking.output.scribe", "the history's scribe", "run again")
 
 
 class Keeper(Generic[S]):

@@ -17,8 +17,8 @@ import pyarrow.parquet as pq
 
 from urdyn.io import writing
 from urdyn.io.run_folder import HISTORY
-from urdyn.tracking.parts import damaged, part_file
-from urdyn.tracking.row import columns
+from urdyn.tracking.output.history_parts import damaged, part_file
+from urdyn.tracking.output.history_row import columns
 from urdyn.types import Array
 
 GROUP = 4096  # rows that are compressed together

@@ -11,7 +11,7 @@ import numpy as np
 from urdyn.estimate.protocol import S
 from urdyn.io.plain import plain
 from urdyn.tracking.belief.physical import Quantities
-from urdyn.tracking.checkpoint import Checkpoint
+from urdyn.tracking.output.checkpoint import Checkpoint
 from urdyn.tracking.sources.losses import as_plain, too_sparse
 from urdyn.tracking.sources.source import Source
 from urdyn.tracking.step.tracker import Tracker

@@ -1,4 +1,4 @@
-"""Writes a run to disk in a process of its own: python -m urdyn.tracking.scribe.
+"""Writes a run to disk in a process of its own: python -m urdyn.tracking.output.scribe.
 
 `Keeper` starts it. The first frame describes the history; then come rows, one per frame, and words:
 
@@ -17,9 +17,9 @@ from pathlib import Path
 
 from urdyn.io.frames import Words, numbers_of, words_of
 from urdyn.io.helping import Heard, helping
-from urdyn.tracking.checkpoint import write
-from urdyn.tracking.history import History, Whole
-from urdyn.tracking.parts import writing_parts
+from urdyn.tracking.output.checkpoint import write
+from urdyn.tracking.output.history import History, Whole
+from urdyn.tracking.output.history_parts import writing_parts
 from urdyn.types import Array
 
 

@@ -1,0 +1,1 @@
+"""What a run gives: history and checkpoint on disk, progress and summary, live topics."""
