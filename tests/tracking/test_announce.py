@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,7 +17,7 @@ from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Level, Status, of_finding
 from urdyn.signal import samples
 from urdyn.tracking import Arrival, open_source
-from urdyn.tracking.output import announce
+from urdyn.tracking.output import announce, history_row
 from urdyn.tracking.output.announce import Announcer, Audience, by_part
 from urdyn.tracking.output.statuses import FRICTION, HEALTH, limited, stale, statuses
 from urdyn.tracking.sources.source import now
@@ -268,9 +267,7 @@ def test_a_run_that_is_behind_its_robot_says_so_until_it_ends(workshop, tmp_path
 def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
     monkeypatch.setattr(announce, "PULSE", 0.05)
     monkeypatch.setattr(announce, "STALE", 0.3)
-    monkeypatch.setattr(
-        import_module("urdyn.tracking.output.history_row"), "RATE", 1e3
-    )  # [Hz] all of them
+    monkeypatch.setattr(history_row, "RATE", 1e3)  # [Hz] all of them
     sent, scraped, glances = [], [], []
     voice = Voice(Types(lambda name: Message, int), lambda *one: sent.append(one), True, True)
     plants = [

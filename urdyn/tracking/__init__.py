@@ -1,4 +1,13 @@
-"""A twin at work: sample in, belief and surprise out."""
+"""A twin at work: sample in, belief and surprise out.
+
+Its rooms, each of which imports only from those below it, beside the files here that run the step:
+
+    output   history and checkpoint on disk, progress and summary, live topics
+    step     currents compared, changes detected, states learnt
+    streams  poses and the wrench, at rates of their own
+    belief   the states and their prior, how filters hold it, what it means
+    noise    the currents' noise; beside it, sources: recordings and live robots
+"""
 
 from typing import TYPE_CHECKING
 
@@ -16,7 +25,8 @@ if TYPE_CHECKING:
     from urdyn.tracking.output.progress import RunProgress
     from urdyn.tracking.rehearsal import rehearse
     from urdyn.tracking.run import run
-    from urdyn.tracking.sources.source import Arrival, Source, open_source
+    from urdyn.tracking.sources.open_source import open_source
+    from urdyn.tracking.sources.source import Arrival, Source
     from urdyn.tracking.step.state import TrackerState
     from urdyn.tracking.step.tracker import Tracker
 
@@ -63,7 +73,8 @@ __getattr__ = lookup(
         "urdyn.tracking.belief.reading": ("Reading",),
         "urdyn.tracking.rehearsal": ("rehearse",),
         "urdyn.tracking.run": ("run",),
-        "urdyn.tracking.sources.source": ("Arrival", "Source", "open_source"),
+        "urdyn.tracking.sources.open_source": ("open_source",),
+        "urdyn.tracking.sources.source": ("Arrival", "Source"),
         "urdyn.tracking.step.state": ("TrackerState",),
         "urdyn.tracking.step.tracker": ("Tracker",),
     },
