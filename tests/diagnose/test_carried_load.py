@@ -10,17 +10,17 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose import carried, diagnose
-from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carried import Mode, Shown
 from urdyn.diagnose.carrying import MOMENT, Absence, Carrying, Waiting
 from urdyn.diagnose.collision import Collision
+from urdyn.diagnose.given_load import Belief
+from urdyn.diagnose.lasting_load import LastingLoad
 from urdyn.diagnose.loads import DELAY, Loads
 from urdyn.diagnose.moment import averaged, laden, pooled
 from urdyn.diagnose.rows import Rows, derivatives, rows
 from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.slow import BLOCK
 from urdyn.diagnose.space import Space, space
-from urdyn.diagnose.stay import Stay
 from urdyn.diagnose.suspects import suspects
 from urdyn.diagnose.warmth import felt, unfelt
 from urdyn.simulate import Payload
@@ -151,7 +151,7 @@ def with_pieces(loads: Loads, work: Rows, pieces: list[np.ndarray]) -> tuple[Wai
         means = replace(means, residual=np.zeros_like(means.residual))
         means = laden(means, of.reference.drive, -piece)
         moment = Waiting(means, pooled(means), (), k * MOMENT, (k + 1) * MOMENT, MOMENT)
-        told.append(loads.beside.told(moment, believed(of), [carried.commissioned()]))
+        told.append(loads.given.told(moment, believed(of), [carried.commissioned()]))
     return tuple(told)
 
 
@@ -199,7 +199,7 @@ def test_a_fault_of_a_joint_is_no_known_piece_put_down_though_some_poses_say_so(
             off = moment.means.residual + bias * (np.arange(6) == elbow)
             means = replace(moment.means, residual=off)
             moment = replace(moment, means=means, pool=pooled(means))
-            moments.append(loads.beside.told(moment, believed(of), modes))
+            moments.append(loads.given.told(moment, believed(of), modes))
         held = Carrying(modes, now=1, was=1)
         return loads.carried(held, lambda _: believed(of), tuple(moments))[0].path
 
@@ -218,7 +218,7 @@ def test_a_piece_is_weighed_by_no_jolt_that_brought_it(shop: Shop, size: float) 
     for jolt in np.random.default_rng(5).standard_normal((8, 6)):
         means = replace(shaken.means, residual=shaken.means.residual + size * jolt)
         moment = replace(shaken, means=means, pool=pooled(means))
-        moment = loads.beside.told(moment, believed(of), usual.modes)
+        moment = loads.given.told(moment, believed(of), usual.modes)
         now, _ = loads.carried(usual, lambda _: believed(of), (before, moment, *after))
         assert now.path[taken:] == (1,) * len(after)
         assert abs(now.modes[1].mean[0] - PIECE[0]) < 3.0 * np.sqrt(now.modes[1].cov[0, 0])
@@ -304,13 +304,13 @@ def away(told: tuple[Shown, ...], *masses: float, whose: Sequence[int] = ()) -> 
 
 
 @pytest.fixture(scope="module")
-def stay(shop: Shop) -> Stay:
+def stay(shop: Shop) -> LastingLoad:
     of, rules = space(shop.fit), read_rules()
     kind = next(kind for kind in rules.slow if kind.of_tool)
-    return Stay(of, suspects(of, rules.slow), kind)
+    return LastingLoad(of, suspects(of, rules.slow), kind)
 
 
-def test_a_load_is_there_to_stay_and_a_piece_that_comes_and_goes_is_not(stay: Stay) -> None:
+def test_a_load_is_there_to_stay_and_a_piece_that_comes_and_goes_is_not(stay: LastingLoad) -> None:
     rng, n = np.random.default_rng(0), 60
     after, change = stay.settled(away(moments(rng, np.full(n, 0.5), 0.1), 0.5), 30.0)
     assert change is not None and change.size == 0.5
@@ -322,7 +322,7 @@ def test_a_load_is_there_to_stay_and_a_piece_that_comes_and_goes_is_not(stay: St
     assert not after.away
 
 
-def test_of_two_loads_in_turn_each_is_told_since_it_came(stay: Stay) -> None:
+def test_of_two_loads_in_turn_each_is_told_since_it_came(stay: LastingLoad) -> None:
     """The first may be older than the run, and is lost from sight once the other has come."""
     rng, sd = np.random.default_rng(2), 0.1
     whose = [*[1] * 14, *[2] * 44]
@@ -340,7 +340,7 @@ def test_of_two_loads_in_turn_each_is_told_since_it_came(stay: Stay) -> None:
 
 
 def test_a_load_after_a_lighter_one_that_was_there_shortly_began_with_the_run_no_more(
-    stay: Stay,
+    stay: LastingLoad,
 ) -> None:
     rng, whose = np.random.default_rng(3), [*[1] * 4, *[2] * 40]
     told = moments(rng, np.array([0.0, 1.2, 2.8])[whose], 0.1)
@@ -349,7 +349,7 @@ def test_a_load_after_a_lighter_one_that_was_there_shortly_began_with_the_run_no
     assert (change.size, change.older, change.onset) == (2.8, False, 2.0)
 
 
-def test_pieces_that_a_tool_handles_which_nobody_knows_hide_it_not(stay: Stay) -> None:
+def test_pieces_that_a_tool_handles_which_nobody_knows_hide_it_not(stay: LastingLoad) -> None:
     rng, whose = np.random.default_rng(4), (1 + (np.arange(60) // 8) % 2).tolist()
     told = moments(rng, np.array([0.0, 1.2, 2.8])[whose], 0.1)
     after, change = stay.settled(away(told, 1.2, 2.8, whose=whose), 30.0)
@@ -369,7 +369,7 @@ def test_a_load_that_came_after_an_older_one_is_told_beside_that(shop: Shop) -> 
     assert second.onset_interval_s[0] < 6.0 < second.onset_interval_s[1]
 
 
-def test_a_load_that_moments_hardly_tell_has_to_stay_longer(stay: Stay) -> None:
+def test_a_load_that_moments_hardly_tell_has_to_stay_longer(stay: LastingLoad) -> None:
     rng, least = np.random.default_rng(1), stay.kind.hold
     clear = 0.5 * 5 * 0.5**2 / 0.3**2  # nats in five moments of a load of .5 kg with sd .3 kg
     needed = least * (carried.SURE + 10.0) / clear

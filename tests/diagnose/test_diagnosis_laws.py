@@ -114,7 +114,7 @@ def test_moments_that_wait_are_seen_as_the_arm_is_believed_to_be_by_now(shop: Sh
         slow = state.slow
         believed = diagnosis.slow._believed(slow)
         for moment in slow.waiting:
-            usual = loads.beside.shown(moment, believed(moment), slow.carrying.modes[0].mean)
+            usual = loads.given.shown(moment, believed(moment), slow.carrying.modes[0].mean)
             np.testing.assert_allclose(moment.told[0].d, usual.d, rtol=1e-9)
         likely.add(slow.likely)
     assert len(likely) > 1 and slow.known

@@ -16,8 +16,8 @@ from test_diagnosis_resumed import looking_on
 
 from urdyn.diagnose import Diagnosis, Finding, diagnose, encoder, read_rules
 from urdyn.diagnose.encoder import all_seen, unseen, well
+from urdyn.diagnose.encoder_zero import shifted
 from urdyn.diagnose.ledger import entered, finding_of, to_be_told
-from urdyn.diagnose.zero import shifted
 from urdyn.estimate import EKF
 from urdyn.identify import Fit
 from urdyn.signal import samples

@@ -11,7 +11,7 @@ from shop import Shop
 from urdyn.diagnose import Diagnosis, onsets
 from urdyn.diagnose.ailing import Ailing
 from urdyn.diagnose.change import Push
-from urdyn.diagnose.explain import Explanation, _began, gathered, ratios
+from urdyn.diagnose.explanation import Explanation, _began, gathered, ratios
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.judge import _shadow
 from urdyn.diagnose.rules_file import read_rules

@@ -13,10 +13,10 @@ from urdyn.diagnose.carried import Mode
 from urdyn.diagnose.carrying import Carrying
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.fault import Fault
+from urdyn.diagnose.lasting_load import LastingLoad
 from urdyn.diagnose.onsets import Block
 from urdyn.diagnose.slow import BLOCK, Slow
 from urdyn.diagnose.slow_state import SlowState
-from urdyn.diagnose.stay import Stay
 
 USUAL, LADEN = 4, 4  # blocks with what is carried as a rule, and with another load
 SINCE = USUAL * BLOCK  # [s]
@@ -62,7 +62,7 @@ def settled(
     tool = next(k for k, each in enumerate(slow.of.each) if each.kind.of_tool)
     span = (since, since)
     change = Change(tool, since, span, span, NOW, 1.0, np.nan, 1.0, 0.1, 0.0, 0.0)
-    monkeypatch.setattr(Stay, "settled", lambda self, carrying, *of: (carrying.here, change))
+    monkeypatch.setattr(LastingLoad, "settled", lambda self, carrying, *of: (carrying.here, change))
     return slow._settled(state, NOW, ended)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from urdyn.diagnose.explain import _log_ratio, gathered, ratios
+from urdyn.diagnose.explanation import _log_ratio, gathered, ratios
 from urdyn.diagnose.onsets import PAUSE, PROGRAM, Block, Straying, first, followed, step, strayed
 from urdyn.diagnose.rules import SlowKind
 from urdyn.diagnose.suspects import Suspect, Suspects

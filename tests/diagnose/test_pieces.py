@@ -12,7 +12,7 @@ from urdyn.diagnose import carried
 from urdyn.diagnose.carried import Mode, Shown, commissioned
 from urdyn.diagnose.carrying import Carrying
 from urdyn.diagnose.pieces import LENGTHS, _chain, at_most, unseen
-from urdyn.diagnose.pushed import _left_with_it
+from urdyn.diagnose.pushed_link import _left_with_it
 
 MOMENTS, RUN = 120, 8
 

@@ -19,7 +19,7 @@ from urdyn.diagnose.collision import Collision
 from urdyn.diagnose.diagnosis import _told_of
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.event_finding import of_event
-from urdyn.diagnose.pushed import BIN, LOUD, Bin, Pushed
+from urdyn.diagnose.pushed_link import BIN, LOUD, Bin, Pushed
 from urdyn.diagnose.rows import rows
 from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.space import Space, space

@@ -10,7 +10,7 @@ from realarm import with_current
 from scipy.signal import lfilter
 from shop import Shop
 
-from urdyn.diagnose import Report, diagnose, read_rules, signs
+from urdyn.diagnose import Report, diagnose, read_rules, sensor_signs
 from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.event_finding import of_event
@@ -232,8 +232,8 @@ def test_a_value_that_is_off_is_seen_in_any_row_of_a_beat() -> None:
         for row in range(rows):
             left = np.zeros((rows, 2))
             left[row, 1] = 40.0
-            np.testing.assert_array_equal(signs.off(left), left > 0.0)
-    assert not signs.off(np.full((4, 2), 40.0)).any()
+            np.testing.assert_array_equal(sensor_signs.off(left), left > 0.0)
+    assert not sensor_signs.off(np.full((4, 2), 40.0)).any()
 
 
 @pytest.mark.parametrize("frequency", np.linspace(1.0, 49.0, 17))
@@ -241,8 +241,8 @@ def test_a_tone_of_any_pitch_is_no_louder_noise_than_it_is(frequency: float) -> 
     """A motor that turns by 42 Hz made a sound joint's sensor three times as noisy as it was."""
     for phase in np.linspace(0.0, np.pi, 7):
         tone = np.sqrt(2.0) * np.cos(2.0 * np.pi * frequency * np.arange(240) / 100.0 + phase)
-        most = 2.0 * MAD_TO_SD / signs.SECOND  # at a quarter of the rate
-        assert signs.rough(np.ones(1), tone[:, None])[0] < 1.05 * most
+        most = 2.0 * MAD_TO_SD / sensor_signs.SECOND  # at a quarter of the rate
+        assert sensor_signs.rough(np.ones(1), tone[:, None])[0] < 1.05 * most
 
 
 @pytest.mark.parametrize(("dof", "keep"), [(100.0, 0.0), (4.5, 0.0), (4.5, 0.6), (8.0, -0.3)])
@@ -253,8 +253,8 @@ def test_noise_of_any_tails_and_colour_is_as_rough_as_it_is_usually(
     w = np.random.default_rng(2).standard_t(dof, (20000, 1))
     noise = lfilter([1.0], [1.0, -keep], w, axis=0)
     covariance = keep ** np.arange(7)[:, None] * dof / (dof - 2.0) / (1.0 - keep**2)
-    usual = signs.usually(covariance, np.array([dof]))
-    assert signs.rough(usual, noise) == pytest.approx(usual, rel=0.1)
+    usual = sensor_signs.usually(covariance, np.array([dof]))
+    assert sensor_signs.rough(usual, noise) == pytest.approx(usual, rel=0.1)
 
 
 def test_noise_is_of_what_is_known_of_each_joint_however_little_that_is() -> None:
@@ -262,7 +262,7 @@ def test_noise_is_of_what_is_known_of_each_joint_however_little_that_is() -> Non
     bent = np.abs(np.random.default_rng(5).standard_normal((47, 6)))
     for j in range(1, 6):
         bent[j::7, j] = bent[: 4 * j, j] = np.nan
-    np.testing.assert_array_equal(signs._median(bent), np.nanmedian(bent, axis=0))
+    np.testing.assert_array_equal(sensor_signs._median(bent), np.nanmedian(bent, axis=0))
 
 
 @pytest.mark.parametrize(("asked", "speed", "none"), [(5.0, 0.5, 2), (1.0, 0.5, 0), (5.0, 0.0, 0)])

@@ -12,9 +12,9 @@ from shop import Shop
 
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.ledger import RECENT, SERIES, thinned
+from urdyn.diagnose.linear_trend import linear_trend
 from urdyn.diagnose.onsets import Block
 from urdyn.diagnose.prognosis import WALKED, Course, trend
-from urdyn.diagnose.straight import straight
 
 BLOCK = 5.0  # [s]
 BEFORE, NOISE, ALIKE = (
@@ -63,10 +63,10 @@ def test_what_stays_is_told_to_grow_once_in_a_hundred_at_most(blocks: int) -> No
 def test_what_all_sizes_share_is_no_part_of_their_slope() -> None:
     """And where they are many, how large it is said to be does not matter either."""
     t, y, sd = np.array(sizes(1e-4, 400, np.random.default_rng(7))).T
-    here = straight(t - t[-1], y, sd)
-    there = straight(t - t[-1], y + 1.0, sd)
+    here = linear_trend(t - t[-1], y, sd)
+    there = linear_trend(t - t[-1], y + 1.0, sd)
     assert (there.level - 1.0, there.rate) == pytest.approx((here.level, here.rate))
-    twice = straight(t - t[-1], y, 2.0 * sd)
+    twice = linear_trend(t - t[-1], y, 2.0 * sd)
     assert twice.rate_sd < 1.3 * here.rate_sd
 
 

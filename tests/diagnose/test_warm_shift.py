@@ -14,7 +14,7 @@ from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.loads import likeliest
 from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.sensor import SensorHealth
-from urdyn.diagnose.signs import noisier
+from urdyn.diagnose.sensor_signs import noisier
 from urdyn.diagnose.slow import Slow
 from urdyn.diagnose.slow_state import LearntBy
 from urdyn.diagnose.space import space

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from urdyn.diagnose.change import Change
-from urdyn.diagnose.explain import Explanation
+from urdyn.diagnose.explanation import Explanation
 from urdyn.diagnose.onsets import WITHIN, Bank
 from urdyn.types import Array
 

@@ -14,7 +14,7 @@ import numpy as np
 from urdyn.diagnose.creep import Creep, at_first
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.fast_rules import CollisionRule
-from urdyn.diagnose.pushed import (
+from urdyn.diagnose.pushed_link import (
     BIN,
     LOUD,
     MODEL,

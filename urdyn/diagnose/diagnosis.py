@@ -19,6 +19,7 @@ import numpy as np
 from urdyn.diagnose.carrying import MOMENT
 from urdyn.diagnose.change import Push
 from urdyn.diagnose.encoder import all_seen, ever_unseen, seen, unseen, well
+from urdyn.diagnose.encoder_zero import jumps
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.fast import Fast
 from urdyn.diagnose.finding import Finding
@@ -34,7 +35,6 @@ from urdyn.diagnose.slow import Slow
 from urdyn.diagnose.space import Space, space
 from urdyn.diagnose.state import Now, State, motion_of
 from urdyn.diagnose.warmth import felt, unfelt
-from urdyn.diagnose.zero import jumps
 from urdyn.identify.fit import Fit
 from urdyn.types import Array, Mask, Motion
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from urdyn.diagnose.lossy import silent
+from urdyn.diagnose.lossy_stream import silent
 
 ANOTHER = (
     "current sensors of {} of {} joints do not fail at once: this is not this arm's twin, or "

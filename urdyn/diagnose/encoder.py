@@ -1,6 +1,6 @@
 """An encoder that gives no angle while the others do: it is silent, or stuck.
 
-(One whose zero jumps is in `zero`; one whose zero creeps is among the slow kinds.)
+(One whose zero jumps is in `encoder_zero`; one whose zero creeps is among the slow kinds.)
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ import numpy as np
 
 from urdyn.diagnose.backlash import Backlash, Reversals
 from urdyn.diagnose.collision import Collision
+from urdyn.diagnose.encoder_zero import shifted
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.fast_rules import FastRules
 from urdyn.diagnose.observability import Observability
@@ -18,7 +19,6 @@ from urdyn.diagnose.quiet import Quiet
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import Felt, SensorHealth
 from urdyn.diagnose.space import Space
-from urdyn.diagnose.zero import shifted
 from urdyn.types import Array, Mask
 
 

@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 
 from urdyn.diagnose import onsets
 from urdyn.diagnose.alarm import Alarm, alarm_of
-from urdyn.diagnose.explain import Explanation, explanation, gathered, ratios, supposed
+from urdyn.diagnose.explanation import Explanation, explanation, gathered, ratios, supposed
 from urdyn.diagnose.extent import Extent
 from urdyn.diagnose.fault import Fault, known_by
 from urdyn.diagnose.healthy import Healthy

@@ -10,14 +10,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from urdyn.diagnose import zero
+from urdyn.diagnose import encoder_zero
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.event_finding import of_event
 from urdyn.diagnose.explained import unexplained
+from urdyn.diagnose.external_pull import of_a_pull
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.judge import Judge
-from urdyn.diagnose.lossy import of_the_stream
-from urdyn.diagnose.pulled import of_a_pull
+from urdyn.diagnose.lossy_stream import of_the_stream
 from urdyn.diagnose.recall import Level
 from urdyn.diagnose.recurring import Recurred, unjolted
 from urdyn.diagnose.rules import JUMPS, Rules
@@ -157,7 +157,7 @@ def finding_of(event: Event, book: Findings, space: Space, rules: Rules) -> Find
     if old is None:
         return finding
     if event.kind == JUMPS:
-        event = zero.beside(event, old, rules.jump)
+        event = encoder_zero.beside(event, old, rules.jump)
     if _goes_on(old, event.onset):
         first, last = old.onset_interval_s
         event = replace(event, onset=old.onset_s, within=last - old.onset_s, unseen=first)

@@ -9,10 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.diagnose import carried, pieces
-from urdyn.diagnose.beside import Belief, Beside
 from urdyn.diagnose.carried import Mode
 from urdyn.diagnose.carrying import Carrying, Waiting
-from urdyn.diagnose.explain import instant_evidence
+from urdyn.diagnose.explanation import instant_evidence
+from urdyn.diagnose.given_load import Belief, GivenLoad
 from urdyn.diagnose.moment import Pool
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.suspects import Suspects
@@ -33,9 +33,9 @@ class Loads:
     of: Suspects
 
     @cached_property
-    def beside(self) -> Beside:
+    def given(self) -> GivenLoad:
         """The information in moments."""
-        return Beside(self.space)
+        return GivenLoad(self.space)
 
     def carried(
         self, carrying: Carrying, believed: Believed, moments: tuple[Waiting, ...]
@@ -117,7 +117,7 @@ class Loads:
     ) -> tuple[float, Mode, tuple[Waiting, ...]]:
         """The load of all these moments, and how well it explains them, linearised near it."""
         guess = _anything(moments, mode)[1].mean
-        told = (self.beside.shown(w, believed(w), guess) for w in moments)
+        told = (self.given.shown(w, believed(w), guess) for w in moments)
         near = tuple(replace(w, told=(*w.told, t)) for w, t in zip(moments, told, strict=True))
         return *_anything(near, replace(mode, mean=guess)), near
 
@@ -136,18 +136,18 @@ class Loads:
         if mode:
             told = carried.nearest(ripe.told, modes[mode].mean)
             modes[mode] = carried.learnt(told, carried.spread(modes[mode]), ripe.end)
-        near = self.beside.pool(ripe, modes[mode].mean)
-        pool = self.beside.unladen(near, modes[mode], not mode) if whole else None
+        near = self.given.pool(ripe, modes[mode].mean)
+        pool = self.given.unladen(near, modes[mode], not mode) if whole else None
         carrying = replace(carrying, modes=tuple(modes), was=mode, path=tuple(path))
         if mode:
             carrying = self._weighed(carrying, near.A, before)
-        return carrying.on(ripe, self.beside.said(near, before, modes[mode].mean)), pool
+        return carrying.on(ripe, self.given.said(near, before, modes[mode].mean)), pool
 
     def _weighed(self, carrying: Carrying, A: Array, before: Belief) -> Carrying:
         """With one more moment of that load, A (n, n)."""
         A = A if carrying.whole is None else carrying.whole + A
         return replace(
-            carrying, whole=A, weighed=float(np.sqrt(self.beside.unsure(A, before, 1)[0]))
+            carrying, whole=A, weighed=float(np.sqrt(self.given.unsure(A, before, 1)[0]))
         )
 
     def noticed(self, carrying: Carrying, t: float, rival: float) -> Carrying | None:
@@ -180,7 +180,7 @@ class Loads:
         C, d = np.zeros((E.shape[1], E.shape[1])), np.zeros(E.shape[1])
         best = []
         for moment, mode in zip(reversed(moments), reversed(modes), strict=True):
-            pool = self.beside.pool(moment, mode.mean)
+            pool = self.given.pool(moment, mode.mean)
             x, P = (np.array(of) for of in believed(moment))
             P[at] = P[:, at] = 0.0
             P[np.ix_(at, at)] = carried.spread(mode).cov
@@ -199,7 +199,7 @@ class Loads:
         Args:
             A: information in a moment, (n, n).
         """
-        unsure = self.beside.unsure(A, belief, DELAY + 1)
+        unsure = self.given.unsure(A, belief, DELAY + 1)
         sd = np.zeros(len(A))
         most = np.sqrt(2.0 * (carried.SURE + MARGIN) * unsure)
         sd[self.space.payload] = 0.5 * np.minimum(most, carried.ANYTHING)

@@ -32,7 +32,7 @@ from urdyn.diagnose.loudness import Loudness
 from urdyn.diagnose.moment import Means, Pool
 from urdyn.diagnose.onsets import Bank, Block
 from urdyn.diagnose.oscillation import Heard, Ring
-from urdyn.diagnose.pushed import Bin
+from urdyn.diagnose.pushed_link import Bin
 from urdyn.diagnose.quiet import Quiet
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.recurring import Recurred

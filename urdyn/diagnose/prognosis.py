@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.diagnose.straight import straight
+from urdyn.diagnose.linear_trend import linear_trend
 from urdyn.types import Array
 
 DRAWS = 2000
@@ -94,7 +94,7 @@ def trend(
     if len(rows) < FEWEST:
         return None
     t, y, sd = rows.T
-    line, end = straight(t - now, y, sd), float(sd[-1])
+    line, end = linear_trend(t - now, y, sd), float(sd[-1])
     if line.ended > BENT:
         return Course(now, float(y[-1]), end, 0.0, 0.0)  # a step, or a ramp that is over
     strayed = walk * np.sqrt(WALKED / (t[-1] - t[0]))

@@ -13,7 +13,7 @@ import numpy as np
 
 from urdyn.diagnose.carried import unlike
 from urdyn.diagnose.creep import Creep
-from urdyn.diagnose.pushed import BIN, LOUD, Bin, sizes
+from urdyn.diagnose.pushed_link import BIN, LOUD, Bin, sizes
 from urdyn.types import Array, Mask, changed
 
 FORGET = 0.08  # [-] of a moving joint's baseline, per bin

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.diagnose import signs
+from urdyn.diagnose import sensor_signs
 from urdyn.diagnose.event import USELESS, Event
 from urdyn.diagnose.evidence import CLIPPED
 from urdyn.diagnose.fast_rules import SensorRule
@@ -120,8 +120,8 @@ class SensorHealth:
     @cached_property
     def usual(self) -> Array:
         """Usual noise of sensors between neighbours, (J,) [A]."""
-        covariance = self.space.covariance(2 * max(signs.APARTS), self.period)
-        return signs.usually(covariance, self.space.colour.dof)
+        covariance = self.space.covariance(2 * max(sensor_signs.APARTS), self.period)
+        return sensor_signs.usually(covariance, self.space.colour.dof)
 
     def torn(self, rows: Rows) -> Mask:
         """Invalid values, (N, J): 0 where much is predicted, or far from all neighbours.
@@ -132,11 +132,11 @@ class SensorHealth:
         """
         zero, asked = rows.current == 0.0, np.abs(rows.predicted) / self.space.noise
         torn: Mask = zero & (asked > NOTHING)
-        torn |= signs.paired(zero & (asked > SOMETHING) & (np.abs(rows.v) > STANDING))
+        torn |= sensor_signs.paired(zero & (asked > SOMETHING) & (np.abs(rows.v) > STANDING))
         if self.period <= CLOSE:
-            torn |= signs.off(rows.residual / self.space.noise)
+            torn |= sensor_signs.off(rows.residual / self.space.noise)
         off = zero.all(axis=1)
-        return np.where(off[:, None], True, torn & signs.single(torn))
+        return np.where(off[:, None], True, torn & sensor_signs.single(torn))
 
     def step(
         self, state: Felt, rows: Rows, torn: Mask, ringing: Mask
@@ -148,7 +148,7 @@ class SensorHealth:
             torn: where these are, (N, J); single lost values are added here.
             ringing: joints whose loop rings, or may, (J,): their sensors do not count as noisy.
         """
-        torn = torn | signs.lapses(state.last, rows.current)
+        torn = torn | sensor_signs.lapses(state.last, rows.current)
         clipped = state.again >= CLIPS
         state, shown = self._signs(state, rows)
         clips = (state.again >= CLIPS) & ~clipped
@@ -202,9 +202,9 @@ class SensorHealth:
         repeated = current == before
         sliding = repeated & (np.abs(rows.v) > STANDING)
         missing = ~there & there.any(axis=1, keepdims=True)  # a gap of the log is no sensor's fault
-        same, began = signs.runs(repeated, rows.t, state.same, state.began)
-        slid, _ = signs.runs(sliding, rows.t, state.slid, state.began)
-        silent, went = signs.runs(missing, rows.t, state.silent, state.went)
+        same, began = sensor_signs.runs(repeated, rows.t, state.same, state.began)
+        slid, _ = sensor_signs.runs(sliding, rows.t, state.slid, state.began)
+        silent, went = sensor_signs.runs(missing, rows.t, state.silent, state.went)
         stuck = slid >= (still := max(SAME, self.rule.held / self.period))
         dropped = silent >= (enough := max(LOST, self.rule.silent / self.period))
         lasted = np.where(dropped, silent * self.period, 0.0)
@@ -215,12 +215,12 @@ class SensorHealth:
             heard=state.heard | there.any(axis=0),
             same=same[-1],
             began=began[-1],
-            froze=np.where(stuck.any(axis=0), signs.last_of(began, stuck), state.froze),
+            froze=np.where(stuck.any(axis=0), sensor_signs.last_of(began, stuck), state.froze),
             slid=slid[-1],
             silent=silent[-1],
             went=went[-1],
-            fell=np.where(dropped.any(axis=0), signs.last_of(went, dropped), state.fell),
-            company=np.fmin(state.company, signs.together(went, missing, fell)),
+            fell=np.where(dropped.any(axis=0), sensor_signs.last_of(went, dropped), state.fell),
+            company=np.fmin(state.company, sensor_signs.together(went, missing, fell)),
             times=state.times + np.count_nonzero(fell, axis=0),
             longest=np.fmax(state.longest, lasted.max(axis=0)),
         )
@@ -229,16 +229,16 @@ class SensorHealth:
     def _tore(self, state: Felt, t: Array, torn: Mask) -> Felt:
         """With the invalid values of a beat; their count decays with time."""
         kept = np.exp(-len(t) * self.period / WITHIN) * state.torn
-        own = torn & signs.single(torn)
+        own = torn & sensor_signs.single(torn)
         first = (kept < FEW) & own.any(axis=0)
         tore = np.where(first, t[np.argmax(own, axis=0)], state.tore)
         return replace(state, torn=kept + own.sum(axis=0), tore=tore)
 
     def _roughened(self, state: Felt, rows: Rows, ringing: Mask) -> tuple[Felt, Mask]:
         """With the noise of a beat, and whether it has been too much for too long, (J,)."""
-        left = np.concatenate([state.left, rows.residual])[-max(signs.ENOUGH, len(rows)) :]
-        rough = signs.rough(state.rough, left) if self.period < COARSE else state.rough
-        over = signs.noisier(rough / self.usual) / self.rule.noisy
+        left = np.concatenate([state.left, rows.residual])[-max(sensor_signs.ENOUGH, len(rows)) :]
+        rough = sensor_signs.rough(state.rough, left) if self.period < COARSE else state.rough
+        over = sensor_signs.noisier(rough / self.usual) / self.rule.noisy
         weight = np.clip(over**2 - 1.0, -FADES, 1.0)  # a joint that rattles is slightly over
         # One that was noisy for an hour is trusted as soon as one that was for seconds.
         most = self.rule.lasting + FADES * BELIEVED
@@ -246,7 +246,7 @@ class SensorHealth:
         loud = np.where(ringing, 0.0, lasted)
         began = (state.loud > 0.0) | (rough > SOUND * self.usual)
         grew = np.where(began, state.grew, rows.t[-1])
-        after = replace(state, left=left[-signs.ENOUGH :], rough=rough, loud=loud, grew=grew)
+        after = replace(state, left=left[-sensor_signs.ENOUGH :], rough=rough, loud=loud, grew=grew)
         return after, (loud >= self.rule.lasting) & (weight > 0.0)
 
     def _event(self, state: Felt, mode: str, j: int, now: float) -> Event:
@@ -302,8 +302,8 @@ def _stuck(state: Felt, current: Array, told: Mask) -> Felt:
         told: where one is found stuck, (N, J).
     """
     new = told.any(axis=0)
-    held = np.where(new, signs.last_of(current, told), state.held)
-    since = ~new | (np.arange(len(current))[:, None] > signs.last_row(told))
+    held = np.where(new, sensor_signs.last_of(current, told), state.held)
+    since = ~new | (np.arange(len(current))[:, None] > sensor_signs.last_row(told))
     apart = state.other | (~since & _differs(current, state.held)).any(axis=0)
     same = ~state.beyond & (np.abs(held) == np.abs(state.held))
     again = np.where(same, state.again + apart, 1.0)

@@ -13,13 +13,14 @@ import numpy as np
 
 from urdyn.diagnose import carried, friction, onsets, warmth
 from urdyn.diagnose.alarm import CONFIDENT
-from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.change import Change, Push
-from urdyn.diagnose.explain import gathered, ratios
+from urdyn.diagnose.explanation import gathered, ratios
 from urdyn.diagnose.gathering import none_gathered
+from urdyn.diagnose.given_load import Belief
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.judge import Judge
+from urdyn.diagnose.lasting_load import LastingLoad
 from urdyn.diagnose.learning import Learning
 from urdyn.diagnose.loads import DELAY, Believed, Loads
 from urdyn.diagnose.moment import Pool, averaged, pooled
@@ -29,7 +30,6 @@ from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.slow_state import LearntBy, SlowState
 from urdyn.diagnose.space import Space
-from urdyn.diagnose.stay import Stay
 from urdyn.diagnose.suspects import Suspects, suspects
 from urdyn.types import Array
 
@@ -67,10 +67,10 @@ class Slow:
         return Loads(self.space, self.of)
 
     @cached_property
-    def stay(self) -> Stay | None:
+    def lasting(self) -> LastingLoad | None:
         """Decides which load lasts, if the rules test for that."""
         kind = next((each.kind for each in self.of.each if each.kind.of_tool), None)
-        return Stay(self.space, self.of, kind) if kind else None
+        return LastingLoad(self.space, self.of, kind) if kind else None
 
     @cached_property
     def judge(self) -> Judge:
@@ -125,9 +125,9 @@ class Slow:
 
     def _settled(self, state: SlowState, t: float, ended: bool = False) -> SlowState:
         """Settle the load that is carried, if it lasts."""
-        if self.stay is None:
+        if self.lasting is None:
             return state
-        carrying, change = self.stay.settled(state.carrying, t, ended)
+        carrying, change = self.lasting.settled(state.carrying, t, ended)
         if not change:
             return replace(state, carrying=carrying)
         # A joint's fault that began just before may have been mistaken for it.
@@ -158,7 +158,7 @@ class Slow:
     def _waiting(self, state: SlowState, moment: Waiting) -> SlowState:
         """Add a waiting moment."""
         believed = self._believed(state)
-        moment = self.loads.beside.told(moment, believed(moment), state.carrying.modes)
+        moment = self.loads.given.told(moment, believed(moment), state.carrying.modes)
         carrying, waiting = self.loads.carried(state.carrying, believed, (*state.waiting, moment))
         return replace(state, waiting=waiting, carrying=carrying)
 
@@ -217,7 +217,7 @@ class Slow:
             return state
         gathering = state.gathering
         if carrying.was:
-            usual = self.loads.beside.pool(ripe, carrying.modes[0].mean)
+            usual = self.loads.given.pool(ripe, carrying.modes[0].mean)
             gathering = gathering.bearing(usual, pool)
         lost = friction.lost(ripe.means, self.space.reference.drive)
         gathering = gathering.after(pool, ripe.begin, ripe.end, lost)
@@ -271,7 +271,7 @@ class Slow:
     def _retold(self, state: SlowState) -> SlowState:
         """Re-evaluate the waiting moments given what is known by now."""
         believed, modes = self._believed(state), state.carrying.modes
-        told = (self.loads.beside.told(w, believed(w), modes) for w in state.waiting)
+        told = (self.loads.given.told(w, believed(w), modes) for w in state.waiting)
         return replace(state, waiting=tuple(told))
 
     def _noticed(self, state: SlowState) -> SlowState | None:

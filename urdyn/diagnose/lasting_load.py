@@ -30,7 +30,7 @@ AT_LAST = 8.0  # [s] least motion before a recording's end, where nothing was pu
 
 
 @dataclass(frozen=True, eq=False)
-class Stay:
+class LastingLoad:
     """Decides when another load lasts, and is no piece."""
 
     space: Space

@@ -22,7 +22,7 @@ MEANS = 20  # of neighbours, at most, that represent all earlier sizes
 
 
 @dataclass(frozen=True)
-class Straight:
+class LinearTrend:
     """The line's level at t = 0, and its rate."""
 
     level: float
@@ -32,7 +32,7 @@ class Straight:
     ended: float  # chi² by which a line that ended earlier fits better
 
 
-def straight(t: Array, y: Array, sd: Array) -> Straight:
+def linear_trend(t: Array, y: Array, sd: Array) -> LinearTrend:
     """The line through y (N,) at t (N,) [s], four or more, the last one before 0.
 
     Args:
@@ -59,7 +59,7 @@ def straight(t: Array, y: Array, sd: Array) -> Straight:
     weight = np.exp(weight - weight.max())
     level = mean[:, 0] - rate[:, 0] * mean[:, 1]
     var_level = scale * (1.0 / mass[:, 0] + mean[:, 1] ** 2 / square[:, 0])
-    return Straight(
+    return LinearTrend(
         *_mixed(weight, level, var_level),
         *_mixed(weight, rate[:, 0], scale / square[:, 0]),
         ended=2.0 * float(told[:, 1:].max() - told[:, 0].max()),

@@ -22,7 +22,7 @@ Belief = tuple[Array, Array]  # mean (n,) and covariance (n, n) of the states of
 
 
 @dataclass(frozen=True, eq=False)
-class Beside:
+class GivenLoad:
     """The information in a moment: about the load, and about the arm given a load."""
 
     space: Space
