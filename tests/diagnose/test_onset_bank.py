@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from urdyn.diagnose.explanation import _log_ratio, gathered, ratios
+from urdyn.diagnose.explanation import gathered, ratios
+from urdyn.diagnose.likelihood_ratio import log_ratio
 from urdyn.diagnose.onsets import PAUSE, PROGRAM, Block, Straying, first, followed, step, strayed
 from urdyn.diagnose.rules import SlowKind
 from urdyn.diagnose.suspects import Suspect, Suspects
@@ -83,7 +84,7 @@ def test_evidence_against_a_healthy_arm_is_one_on_the_average() -> None:
     ratios = []
     for _ in range(400):
         bank = banked(*blocks(rng))
-        ratios.append(np.exp(_log_ratio(bank.C[0], bank.d[0], sd, 1)).mean())
+        ratios.append(np.exp(log_ratio(bank.C[0], bank.d[0], sd, 1)).mean())
     error = np.std(ratios) / np.sqrt(len(ratios))
     assert abs(np.mean(ratios) - 1.0) < 4.0 * error
 

@@ -11,17 +11,17 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import log_ndtr, logsumexp
+from scipy.special import logsumexp
 
-from urdyn.diagnose.onsets import SHAPES, Bank
-from urdyn.diagnose.rules import SlowKind
+from urdyn.diagnose.likelihood_ratio import log_ratio
+from urdyn.diagnose.onsets import Bank
+from urdyn.diagnose.rules import SHAPES, SlowKind
 from urdyn.diagnose.suspects import Suspect, Suspects
 from urdyn.types import Array, Index
 
 SIZES = (1.0, 0.2)  # of a step, relative to the expected size
 RATES = (60.0, 600.0, 3600.0, 18000.0)  # [s] in which a ramp makes a change of the expected size
 SCALES = {"step": SIZES, "ramp": tuple(1.0 / tau for tau in RATES)}  # of it; a ramp's [1/s]
-ANY = (1.0, 5.0, 25.0)  # of a very recent change, relative to the expected size
 FINE = 0.05  # resolution of a change's onset, relative to the time between the bank's
 
 
@@ -66,24 +66,9 @@ def evidence(bank: Bank, kind: SlowKind, places: Index, sd: Array) -> Array:
     for s, shape in enumerate(SHAPES):
         if shape in kind.shapes:
             for k, scale in enumerate(SCALES[shape]):
-                told[:, s, k] = _log_ratio(C[s], d[s], scale * sd[:, None], kind.sign)
+                told[:, s, k] = log_ratio(C[s], d[s], scale * sd[:, None], kind.sign)
             told[:, s] -= np.log(len(SCALES[shape]) * len(kind.shapes))
     return told
-
-
-def _log_ratio(C: Array, d: Array, sd: Array, sign: int) -> Array:
-    """ln of the mean over delta ~ N(0, sd²) of exp(d' delta - delta' C delta / 2), (..., m)."""
-    r = d.shape[-1]
-    precision = C + np.zeros_like(C)
-    precision[..., range(r), range(r)] += sd**-2.0
-    cov = np.linalg.inv(precision)
-    mean = np.einsum("...ij,...j->...i", cov, d)
-    _, logdet = np.linalg.slogdet(precision)
-    ratio = 0.5 * np.sum(d * mean, axis=-1) - 0.5 * logdet - np.sum(np.log(sd), axis=-1)
-    if sign:
-        spread = np.sqrt(cov[..., 0, 0])
-        ratio = ratio + np.log(2.0) + log_ndtr(sign * mean[..., 0] / spread)
-    return np.asarray(ratio)
 
 
 def ratios(bank: Bank, of: Suspects) -> Array:
@@ -203,13 +188,3 @@ def _began(edges: Array, share: Array) -> tuple[float, float, float]:
     before = np.append(0.0, np.cumsum(0.5 * (of_t[1:] + of_t[:-1]) * np.diff(t)))
     lo, middle, hi = np.interp(np.array([0.05, 0.5, 0.95]) * before[-1], before, t)
     return float(lo), float(middle), float(hi)
-
-
-def instant_evidence(C: Array, d: Array, of: Suspects) -> float:
-    """Evidence of a joint's best suspect, of any size, in moments [nats]."""
-    best, sizes = 0.0, np.reshape(ANY, (-1, 1, 1))
-    for kind, _, places, sd in of.by_kind:
-        if not kind.of_tool:
-            own = np.repeat(C[None, places[:, :, None], places[:, None, :]], len(ANY), axis=0)
-            best = max(best, float(_log_ratio(own, d[places], sizes * sd, kind.sign).max()))
-    return best

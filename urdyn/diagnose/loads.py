@@ -11,8 +11,8 @@ import numpy as np
 from urdyn.diagnose import carried, pieces
 from urdyn.diagnose.carried import Mode
 from urdyn.diagnose.carrying import Carrying, Waiting
-from urdyn.diagnose.explanation import instant_evidence
 from urdyn.diagnose.given_load import Belief, GivenLoad
+from urdyn.diagnose.likelihood_ratio import instant_evidence
 from urdyn.diagnose.moment import Pool
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.suspects import Suspects

@@ -22,7 +22,6 @@ PROGRAM = 1.0  # [-] of the windows' straying, by which the model may be off thr
 WITHIN = (0.0, 0.5)  # [-] of a block, points at which a change may begin: not all do at its edges
 RECENT = 8 * len(WITHIN)  # onsets that are all kept; older ones are ever sparser
 APART = 0.5  # [-] of an old onset's age, gap between its neighbours above which it is kept
-SHAPES = ("step", "ramp")
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.diagnose.fast_rules import FastRules, Levels, levels_of
-from urdyn.diagnose.onsets import SHAPES
 from urdyn.diagnose.space import Space
 from urdyn.faults.decision import Costs
 from urdyn.model.dynamics import Dynamics
@@ -18,6 +17,7 @@ from urdyn.types import Array
 JOINT_STATES = ("f", "alpha", "beta", "z", "k", "o", "rotor")
 PAYLOAD_STATES = ("mass", "mx", "my", "mz")
 
+SHAPES = ("step", "ramp")  # of a change in time, in the order of a bank's arrays
 JUMPS = "encoder_offset"  # a slow kind that is fast where it comes at once
 # What changes: the payload; a drive's health, inverse to current; a current sensor's gain; any
 # other state of a joint, as it is.

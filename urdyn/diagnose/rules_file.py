@@ -8,8 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from urdyn.diagnose.fast_rules import fast_rules
-from urdyn.diagnose.onsets import SHAPES
-from urdyn.diagnose.rules import FAMILIES, JOINT_STATES, PAYLOAD_STATES, Noise, Rules, SlowKind
+from urdyn.diagnose.rules import (
+    FAMILIES,
+    JOINT_STATES,
+    PAYLOAD_STATES,
+    SHAPES,
+    Noise,
+    Rules,
+    SlowKind,
+)
 from urdyn.errors import InputError
 from urdyn.faults.decision import Costs
 from urdyn.io.document import load_toml
