@@ -9,20 +9,21 @@ import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose import carried, diagnose
-from urdyn.diagnose.carried import Mode, Shown
-from urdyn.diagnose.carrying import MOMENT, Absence, Carrying, Waiting
-from urdyn.diagnose.collision import Collision
-from urdyn.diagnose.given_load import Belief
-from urdyn.diagnose.lasting_load import LastingLoad
-from urdyn.diagnose.loads import DELAY, Loads
-from urdyn.diagnose.moment import averaged, laden, pooled
-from urdyn.diagnose.rows import Rows, derivatives, rows
-from urdyn.diagnose.rules_file import read_rules
-from urdyn.diagnose.slow import BLOCK
-from urdyn.diagnose.space import Space, space
-from urdyn.diagnose.suspects import suspects
-from urdyn.diagnose.warmth import felt, unfelt
+from urdyn.diagnose import diagnose
+from urdyn.diagnose.fast.collision import Collision
+from urdyn.diagnose.kinds.rules_file import read_rules
+from urdyn.diagnose.kinds.suspects import suspects
+from urdyn.diagnose.load import carried
+from urdyn.diagnose.load.carried import Mode, Shown
+from urdyn.diagnose.load.carrying import MOMENT, Absence, Carrying, Waiting
+from urdyn.diagnose.load.given_load import Belief
+from urdyn.diagnose.load.lasting_load import LastingLoad
+from urdyn.diagnose.load.loads import DELAY, Loads
+from urdyn.diagnose.residual.moment import averaged, laden, pooled
+from urdyn.diagnose.residual.rows import Rows, derivatives, rows
+from urdyn.diagnose.residual.space import Space, space
+from urdyn.diagnose.residual.warmth import felt, unfelt
+from urdyn.diagnose.slow.slow import BLOCK
 from urdyn.simulate import Payload
 from urdyn.types import Log
 

@@ -16,25 +16,32 @@ from shop import Shop
 from typer.testing import CliRunner
 
 from urdyn.cli.app import app
-from urdyn.diagnose import memory, rules
-from urdyn.diagnose.acknowledge import WORSE, Acknowledged, acknowledge, acknowledged, forget_gone
-from urdyn.diagnose.carrying import MOMENT
-from urdyn.diagnose.change import Change
+from urdyn.diagnose import memory
 from urdyn.diagnose.diagnosis import Diagnosis
-from urdyn.diagnose.document import findings_document
-from urdyn.diagnose.event import Event
-from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.findings.acknowledge import (
+    WORSE,
+    Acknowledged,
+    acknowledge,
+    acknowledged,
+    forget_gone,
+)
+from urdyn.diagnose.findings.document import findings_document
+from urdyn.diagnose.findings.prognosis import FAN, Course, trend
+from urdyn.diagnose.findings.verdict import of_change, up_to_date
 from urdyn.diagnose.job import Job
+from urdyn.diagnose.kinds import rules
+from urdyn.diagnose.kinds.change import Change
+from urdyn.diagnose.kinds.event import Event
+from urdyn.diagnose.kinds.finding import Finding
+from urdyn.diagnose.kinds.rules import Rules
+from urdyn.diagnose.kinds.rules_file import read_rules
+from urdyn.diagnose.load.carrying import MOMENT
 from urdyn.diagnose.memory import Memory
 from urdyn.diagnose.offline import diagnose
-from urdyn.diagnose.pace import BEAT, Pace
-from urdyn.diagnose.prognosis import FAN, Course, trend
-from urdyn.diagnose.recall import Series
-from urdyn.diagnose.rules import Rules
-from urdyn.diagnose.rules_file import read_rules
+from urdyn.diagnose.residual.pace import BEAT, Pace
 from urdyn.diagnose.session import Session
+from urdyn.diagnose.slow.recall import Series
 from urdyn.diagnose.state import Now, State
-from urdyn.diagnose.verdict import of_change, up_to_date
 from urdyn.errors import InputError
 from urdyn.io import writing
 from urdyn.signal import Instant

@@ -19,11 +19,11 @@ from test_diagnosis_resumed import looking_on, readings
 
 from urdyn.cli.diagnosing import summed
 from urdyn.diagnose import onlooker
-from urdyn.diagnose.document import ORIGIN
+from urdyn.diagnose.findings.document import ORIGIN
 from urdyn.diagnose.job import Job, job_of
+from urdyn.diagnose.kinds.rules_file import read_rules
 from urdyn.diagnose.onlooker import Onlooker
 from urdyn.diagnose.reading_row import row
-from urdyn.diagnose.rules_file import read_rules
 from urdyn.diagnose.session import Session
 from urdyn.errors import InputError, UrdynError
 from urdyn.io.frames import Frames, words_frame
@@ -225,7 +225,7 @@ ORPHAN = """
 import os, sys, time
 from pathlib import Path
 from urdyn.diagnose.onlooker import Onlooker
-from urdyn.diagnose.rules_file import read_rules
+from urdyn.diagnose.kinds.rules_file import read_rules
 from urdyn.twin import Twin
 looking = Onlooker(Twin.load(sys.argv[1]).fit, 0.01, read_rules(), {})
 looking.begin(Path(sys.argv[2]), 0, {})

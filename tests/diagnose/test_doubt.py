@@ -11,9 +11,9 @@ from found import FOUND
 
 from urdyn.cli.diagnosing import summed
 from urdyn.diagnose import Finding
-from urdyn.diagnose.document import findings_document
-from urdyn.diagnose.doubt import GAIN
-from urdyn.diagnose.rules_file import read_rules
+from urdyn.diagnose.findings.document import findings_document
+from urdyn.diagnose.findings.doubt import GAIN
+from urdyn.diagnose.kinds.rules_file import read_rules
 
 JOINTS = tuple(f"joint_{j}" for j in range(6))
 HOUSE = read_rules()

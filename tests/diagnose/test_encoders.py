@@ -14,10 +14,11 @@ from realarm import Recorded
 from shop import Shop
 from test_diagnosis_resumed import looking_on
 
-from urdyn.diagnose import Diagnosis, Finding, diagnose, encoder, read_rules
-from urdyn.diagnose.encoder import all_seen, unseen, well
-from urdyn.diagnose.encoder_zero import shifted
-from urdyn.diagnose.ledger import entered, finding_of, to_be_told
+from urdyn.diagnose import Diagnosis, Finding, diagnose, read_rules
+from urdyn.diagnose.fast import encoder
+from urdyn.diagnose.fast.encoder import all_seen, unseen, well
+from urdyn.diagnose.fast.encoder_zero import shifted
+from urdyn.diagnose.findings.ledger import entered, finding_of, to_be_told
 from urdyn.estimate import EKF
 from urdyn.identify import Fit
 from urdyn.signal import samples

@@ -7,12 +7,12 @@ from dataclasses import replace
 import pytest
 from shop import Shop
 
-from urdyn.diagnose.event import Event
-from urdyn.diagnose.event_finding import of_event
-from urdyn.diagnose.explained import unexplained
-from urdyn.diagnose.finding import Finding
-from urdyn.diagnose.rules_file import read_rules
-from urdyn.diagnose.space import space
+from urdyn.diagnose.findings.event_finding import of_event
+from urdyn.diagnose.findings.explained import unexplained
+from urdyn.diagnose.kinds.event import Event
+from urdyn.diagnose.kinds.finding import Finding
+from urdyn.diagnose.kinds.rules_file import read_rules
+from urdyn.diagnose.residual.space import space
 
 BEGAN, TOLD = (16.0, 20.0), 30.0  # [s]
 

@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose import Diagnosis, Finding, onsets
-from urdyn.diagnose.ailing import Ailing
-from urdyn.diagnose.fault import Fault
-from urdyn.diagnose.healthy import Healthy
-from urdyn.diagnose.ledger import Book
-from urdyn.diagnose.onsets import Block, Straying
-from urdyn.diagnose.recall import Recall
-from urdyn.diagnose.rules_file import read_rules
-from urdyn.diagnose.space import space
-from urdyn.diagnose.suspects import suspects
+from urdyn.diagnose import Diagnosis, Finding
+from urdyn.diagnose.findings.ledger import Book
+from urdyn.diagnose.kinds.rules_file import read_rules
+from urdyn.diagnose.kinds.suspects import suspects
+from urdyn.diagnose.residual.space import space
+from urdyn.diagnose.slow import onsets
+from urdyn.diagnose.slow.ailing import Ailing
+from urdyn.diagnose.slow.fault import Fault
+from urdyn.diagnose.slow.healthy import Healthy
+from urdyn.diagnose.slow.onsets import Block, Straying
+from urdyn.diagnose.slow.recall import Recall
 
 LENGTH = 5.0  # [s] of a block
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose import friction
-from urdyn.diagnose.ailing import Ailing
-from urdyn.diagnose.fault import Fault
-from urdyn.diagnose.moment import averaged
-from urdyn.diagnose.recall import Recall
-from urdyn.diagnose.rows import rows
-from urdyn.diagnose.space import space
-from urdyn.diagnose.warmth import unfelt
+from urdyn.diagnose.residual import friction
+from urdyn.diagnose.residual.moment import averaged
+from urdyn.diagnose.residual.rows import rows
+from urdyn.diagnose.residual.space import space
+from urdyn.diagnose.residual.warmth import unfelt
+from urdyn.diagnose.slow.ailing import Ailing
+from urdyn.diagnose.slow.fault import Fault
+from urdyn.diagnose.slow.recall import Recall
 from urdyn.model.friction import Contact, features
 from urdyn.tracking.step.joint_motion import STANDING
 

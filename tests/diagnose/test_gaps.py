@@ -12,11 +12,11 @@ from scipy.signal import lfilter
 from shop import Shop
 
 from urdyn.diagnose import Report, diagnose
-from urdyn.diagnose.backlash import HALF, Backlash, _forgotten
-from urdyn.diagnose.crossing import Crossing
-from urdyn.diagnose.flight import KNOWN, Beside, Flight, _strikes
-from urdyn.diagnose.rules_file import read_rules
-from urdyn.diagnose.space import space
+from urdyn.diagnose.fast.backlash import HALF, Backlash, _forgotten
+from urdyn.diagnose.fast.crossing import Crossing
+from urdyn.diagnose.fast.flight import KNOWN, Beside, Flight, _strikes
+from urdyn.diagnose.kinds.rules_file import read_rules
+from urdyn.diagnose.residual.space import space
 from urdyn.identify.noise import Noise
 from urdyn.simulate import (
     Trajectory,

@@ -8,17 +8,18 @@ import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose import Diagnosis, onsets
-from urdyn.diagnose.ailing import Ailing
-from urdyn.diagnose.change import Push
-from urdyn.diagnose.explanation import Explanation, _began, gathered, ratios
-from urdyn.diagnose.fault import Fault
-from urdyn.diagnose.judge import _shadow
-from urdyn.diagnose.rules_file import read_rules
-from urdyn.diagnose.slow import Slow
-from urdyn.diagnose.space import space
-from urdyn.diagnose.suspects import Suspect, suspects
-from urdyn.diagnose.verdict import _gone
+from urdyn.diagnose import Diagnosis
+from urdyn.diagnose.findings.verdict import _gone
+from urdyn.diagnose.kinds.change import Push
+from urdyn.diagnose.kinds.rules_file import read_rules
+from urdyn.diagnose.kinds.suspects import Suspect, suspects
+from urdyn.diagnose.residual.space import space
+from urdyn.diagnose.slow import onsets
+from urdyn.diagnose.slow.ailing import Ailing
+from urdyn.diagnose.slow.explanation import Explanation, _began, gathered, ratios
+from urdyn.diagnose.slow.fault import Fault
+from urdyn.diagnose.slow.judge import _shadow
+from urdyn.diagnose.slow.slow import Slow
 
 
 def test_a_change_that_is_too_small_to_be_told_is_not_told_by_another_name(shop: Shop) -> None:

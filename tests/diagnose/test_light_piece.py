@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose.rows import rows
-from urdyn.diagnose.warmth import unfelt
+from urdyn.diagnose.residual.rows import rows
+from urdyn.diagnose.residual.warmth import unfelt
 from urdyn.simulate import Payload, observe, real_sensors
 from urdyn.simulate.work import pick_and_place
 

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose import carried
-from urdyn.diagnose.carried import Mode
-from urdyn.diagnose.carrying import Carrying
-from urdyn.diagnose.change import Change
-from urdyn.diagnose.fault import Fault
-from urdyn.diagnose.lasting_load import LastingLoad
-from urdyn.diagnose.onsets import Block
-from urdyn.diagnose.slow import BLOCK, Slow
-from urdyn.diagnose.slow_state import SlowState
+from urdyn.diagnose.kinds.change import Change
+from urdyn.diagnose.load import carried
+from urdyn.diagnose.load.carried import Mode
+from urdyn.diagnose.load.carrying import Carrying
+from urdyn.diagnose.load.lasting_load import LastingLoad
+from urdyn.diagnose.slow.fault import Fault
+from urdyn.diagnose.slow.onsets import Block
+from urdyn.diagnose.slow.slow import BLOCK, Slow
+from urdyn.diagnose.slow.slow_state import SlowState
 
 USUAL, LADEN = 4, 4  # blocks with what is carried as a rule, and with another load
 SINCE = USUAL * BLOCK  # [s]

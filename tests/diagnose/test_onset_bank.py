@@ -7,11 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from urdyn.diagnose.explanation import gathered, ratios
-from urdyn.diagnose.likelihood_ratio import log_ratio
-from urdyn.diagnose.onsets import PAUSE, PROGRAM, Block, Straying, first, followed, step, strayed
-from urdyn.diagnose.rules import SlowKind
-from urdyn.diagnose.suspects import Suspect, Suspects
+from urdyn.diagnose.kinds.likelihood_ratio import log_ratio
+from urdyn.diagnose.kinds.rules import SlowKind
+from urdyn.diagnose.kinds.suspects import Suspect, Suspects
+from urdyn.diagnose.slow.explanation import gathered, ratios
+from urdyn.diagnose.slow.onsets import (
+    PAUSE,
+    PROGRAM,
+    Block,
+    Straying,
+    first,
+    followed,
+    step,
+    strayed,
+)
 
 N, BLOCKS, SECONDS = 3, 7, 5.0
 WALK, WINDOW = np.array([0.02, 0.01, 0.0]), np.array([0.1, 0.0, 0.05])

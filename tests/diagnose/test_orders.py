@@ -7,9 +7,9 @@ import pytest
 from realarm import Recorded
 from shop import Shop
 
-from urdyn.diagnose.orders import GEAR, MOTOR, beside
-from urdyn.diagnose.ringing_line import APART
-from urdyn.diagnose.swings import amplitude, refined
+from urdyn.diagnose.fast.orders import GEAR, MOTOR, beside
+from urdyn.diagnose.fast.ringing_line import APART
+from urdyn.diagnose.fast.swings import amplitude, refined
 from urdyn.model.friction import GEAR_RATIO
 from urdyn.simulate import Trajectory, observe, typical_sensors
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose import carried
-from urdyn.diagnose.carried import Mode, Shown, commissioned
-from urdyn.diagnose.carrying import Carrying
-from urdyn.diagnose.pieces import LENGTHS, _chain, at_most, unseen
-from urdyn.diagnose.pushed_link import _left_with_it
+from urdyn.diagnose.fast.pushed_link import _left_with_it
+from urdyn.diagnose.load import carried
+from urdyn.diagnose.load.carried import Mode, Shown, commissioned
+from urdyn.diagnose.load.carrying import Carrying
+from urdyn.diagnose.load.pieces import LENGTHS, _chain, at_most, unseen
 
 MOMENTS, RUN = 120, 8
 

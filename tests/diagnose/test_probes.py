@@ -12,13 +12,13 @@ from typer.main import get_command
 
 from urdyn.cli.app import app
 from urdyn.cli.excite import _joint
-from urdyn.diagnose.backlash import Backlash
-from urdyn.diagnose.observability import Observability
-from urdyn.diagnose.pace import BEAT
-from urdyn.diagnose.rows import rows
-from urdyn.diagnose.rules_file import read_rules
-from urdyn.diagnose.space import space
-from urdyn.diagnose.warmth import unfelt
+from urdyn.diagnose.fast.backlash import Backlash
+from urdyn.diagnose.fast.observability import Observability
+from urdyn.diagnose.kinds.rules_file import read_rules
+from urdyn.diagnose.residual.pace import BEAT
+from urdyn.diagnose.residual.rows import rows
+from urdyn.diagnose.residual.space import space
+from urdyn.diagnose.residual.warmth import unfelt
 from urdyn.identify.excite.probe import LEAST, probe
 from urdyn.identify.excite.proof import Safe
 from urdyn.model.arm import Arm, read_arm

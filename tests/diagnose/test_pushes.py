@@ -13,17 +13,17 @@ from realarm import with_current
 from shop import Shop
 
 from urdyn.diagnose import diagnose
-from urdyn.diagnose.carried import ANYTHING
-from urdyn.diagnose.change import Push
-from urdyn.diagnose.collision import Collision
 from urdyn.diagnose.diagnosis import _told_of
-from urdyn.diagnose.event import Event
-from urdyn.diagnose.event_finding import of_event
-from urdyn.diagnose.pushed_link import BIN, LOUD, Bin, Pushed
-from urdyn.diagnose.rows import rows
-from urdyn.diagnose.rules_file import read_rules
-from urdyn.diagnose.space import Space, space
-from urdyn.diagnose.warmth import unfelt
+from urdyn.diagnose.fast.collision import Collision
+from urdyn.diagnose.fast.pushed_link import BIN, LOUD, Bin, Pushed
+from urdyn.diagnose.findings.event_finding import of_event
+from urdyn.diagnose.kinds.change import Push
+from urdyn.diagnose.kinds.event import Event
+from urdyn.diagnose.kinds.rules_file import read_rules
+from urdyn.diagnose.load.carried import ANYTHING
+from urdyn.diagnose.residual.rows import rows
+from urdyn.diagnose.residual.space import Space, space
+from urdyn.diagnose.residual.warmth import unfelt
 from urdyn.model.arm import read_arm
 from urdyn.simulate import (
     Payload,

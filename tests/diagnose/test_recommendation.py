@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from found import FOUND
 
-from urdyn.diagnose.prognosis import Course
-from urdyn.diagnose.recommend import arm_health, health, recommendation
+from urdyn.diagnose.findings.prognosis import Course
+from urdyn.diagnose.findings.recommend import arm_health, health, recommendation
 from urdyn.faults import Costs, decide, outlook
 
 HOUR = 3600.0

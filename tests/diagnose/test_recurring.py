@@ -12,8 +12,8 @@ from scipy.stats import invwishart, multivariate_t
 from shop import Shop
 
 from urdyn.diagnose import diagnose
-from urdyn.diagnose.recurrence import FEWEST, LATE, LIKELY, RECURS, aligned, ratios
-from urdyn.diagnose.recurring import (
+from urdyn.diagnose.fast.recurrence import FEWEST, LATE, LIKELY, RECURS, aligned, ratios
+from urdyn.diagnose.fast.recurring import (
     BEFORE,
     BIN,
     BINS,
@@ -27,9 +27,9 @@ from urdyn.diagnose.recurring import (
     slides,
     unjolted,
 )
-from urdyn.diagnose.rows import COULOMB, ROTOR, Rows
-from urdyn.diagnose.rules_file import read_rules
-from urdyn.diagnose.space import space
+from urdyn.diagnose.kinds.rules_file import read_rules
+from urdyn.diagnose.residual.rows import COULOMB, ROTOR, Rows
+from urdyn.diagnose.residual.space import space
 from urdyn.identify import Fit
 from urdyn.tracking.step.joint_motion import STANDING
 from urdyn.types import Array, Log

@@ -9,7 +9,7 @@ import pytest
 from realarm import with_current
 
 import urdyn as ud
-from urdyn.diagnose.doubt import ITS_TWIN
+from urdyn.diagnose.findings.doubt import ITS_TWIN
 from urdyn.errors import InputError
 from urdyn.estimate import EKF
 from urdyn.io.run_folder import quiet

@@ -10,13 +10,14 @@ from realarm import with_current
 from scipy.signal import lfilter
 from shop import Shop
 
-from urdyn.diagnose import Report, diagnose, read_rules, sensor_signs
+from urdyn.diagnose import Report, diagnose, read_rules
 from urdyn.diagnose.diagnosis import Diagnosis
-from urdyn.diagnose.event import Event
-from urdyn.diagnose.event_finding import of_event
-from urdyn.diagnose.recommend import recommendation
-from urdyn.diagnose.rows import Rows
-from urdyn.diagnose.sensor import BELIEVED
+from urdyn.diagnose.fast import sensor_signs
+from urdyn.diagnose.fast.sensor import BELIEVED
+from urdyn.diagnose.findings.event_finding import of_event
+from urdyn.diagnose.findings.recommend import recommendation
+from urdyn.diagnose.kinds.event import Event
+from urdyn.diagnose.residual.rows import Rows
 from urdyn.types import MAD_TO_SD
 
 

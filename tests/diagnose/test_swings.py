@@ -9,15 +9,12 @@ import pytest
 from realarm import with_current
 from shop import Shop
 
-from urdyn.diagnose import diagnose, ringing_line
-from urdyn.diagnose.event import Event
-from urdyn.diagnose.lasting_line import CROWD, lasts, others
-from urdyn.diagnose.ledger import entered, finding_of
-from urdyn.diagnose.oscillation import Oscillation
-from urdyn.diagnose.ringing_line import SEEN, WINDOWS, Line
-from urdyn.diagnose.rules_file import read_rules
-from urdyn.diagnose.space import space
-from urdyn.diagnose.swings import (
+from urdyn.diagnose import diagnose
+from urdyn.diagnose.fast import ringing_line
+from urdyn.diagnose.fast.lasting_line import CROWD, lasts, others
+from urdyn.diagnose.fast.oscillation import Oscillation
+from urdyn.diagnose.fast.ringing_line import SEEN, WINDOWS, Line
+from urdyn.diagnose.fast.swings import (
     amplitude,
     bridged,
     course,
@@ -29,7 +26,11 @@ from urdyn.diagnose.swings import (
     refined,
     spectrum,
 )
-from urdyn.diagnose.weave import period, turns
+from urdyn.diagnose.fast.weave import period, turns
+from urdyn.diagnose.findings.ledger import entered, finding_of
+from urdyn.diagnose.kinds.event import Event
+from urdyn.diagnose.kinds.rules_file import read_rules
+from urdyn.diagnose.residual.space import space
 from urdyn.simulate import Trajectory, observe, typical_sensors
 
 T = np.arange(90) / 100.0  # [s]

@@ -10,11 +10,11 @@ from scipy.signal import lfilter
 from scipy.stats import binom
 from shop import Shop
 
-from urdyn.diagnose.fault import Fault
-from urdyn.diagnose.ledger import RECENT, SERIES, thinned
-from urdyn.diagnose.linear_trend import linear_trend
-from urdyn.diagnose.onsets import Block
-from urdyn.diagnose.prognosis import WALKED, Course, trend
+from urdyn.diagnose.findings.ledger import RECENT, SERIES, thinned
+from urdyn.diagnose.findings.linear_trend import linear_trend
+from urdyn.diagnose.findings.prognosis import WALKED, Course, trend
+from urdyn.diagnose.slow.fault import Fault
+from urdyn.diagnose.slow.onsets import Block
 
 BLOCK = 5.0  # [s]
 BEFORE, NOISE, ALIKE = (

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from test_recommendation import GROWING
 
-from urdyn.diagnose.ledger import entered
-from urdyn.diagnose.recommend import recommendation
-from urdyn.diagnose.rules_file import read_rules
-from urdyn.diagnose.trust import ALONE, AT_ONCE, in_company, trust
+from urdyn.diagnose.findings.ledger import entered
+from urdyn.diagnose.findings.recommend import recommendation
+from urdyn.diagnose.findings.trust import ALONE, AT_ONCE, in_company, trust
+from urdyn.diagnose.kinds.rules_file import read_rules
 from urdyn.errors import InputError
 from urdyn.faults import Costs
 

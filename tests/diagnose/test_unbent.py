@@ -12,13 +12,13 @@ from shop import Shop
 
 from urdyn.diagnose import Finding, Report, diagnose
 from urdyn.diagnose.diagnosis import Diagnosis
-from urdyn.diagnose.event import Event
-from urdyn.diagnose.fast import Fast
-from urdyn.diagnose.fault import Fault
-from urdyn.diagnose.rows import ROTOR, Rows
-from urdyn.diagnose.rules_file import read_rules
-from urdyn.diagnose.slow import Slow
-from urdyn.diagnose.space import space
+from urdyn.diagnose.fast.fast import Fast
+from urdyn.diagnose.kinds.event import Event
+from urdyn.diagnose.kinds.rules_file import read_rules
+from urdyn.diagnose.residual.rows import ROTOR, Rows
+from urdyn.diagnose.residual.space import space
+from urdyn.diagnose.slow.fault import Fault
+from urdyn.diagnose.slow.slow import Slow
 from urdyn.diagnose.state import Now
 from urdyn.model.population import population
 from urdyn.signal import Instant, condition

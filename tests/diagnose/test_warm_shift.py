@@ -9,15 +9,18 @@ import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose import carried, diagnose, loudness, steadiness, warmth
-from urdyn.diagnose.learning import Learnt
-from urdyn.diagnose.loads import likeliest
-from urdyn.diagnose.rules_file import read_rules
-from urdyn.diagnose.sensor import SensorHealth
-from urdyn.diagnose.sensor_signs import noisier
-from urdyn.diagnose.slow import Slow
-from urdyn.diagnose.slow_state import LearntBy
-from urdyn.diagnose.space import space
+from urdyn.diagnose import diagnose
+from urdyn.diagnose.fast.sensor import SensorHealth
+from urdyn.diagnose.fast.sensor_signs import noisier
+from urdyn.diagnose.kinds.rules_file import read_rules
+from urdyn.diagnose.load import carried
+from urdyn.diagnose.load.loads import likeliest
+from urdyn.diagnose.residual import warmth
+from urdyn.diagnose.residual.space import space
+from urdyn.diagnose.slow import loudness, steadiness
+from urdyn.diagnose.slow.learning import Learnt
+from urdyn.diagnose.slow.slow import Slow
+from urdyn.diagnose.slow.slow_state import LearntBy
 from urdyn.model.population import KAPPA
 from urdyn.simulate import happening, observe, plan, real_sensors
 from urdyn.tracking.belief.model import LAG

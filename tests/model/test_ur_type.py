@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from urdyn.cli.serving import cycle
-from urdyn.diagnose.rules_file import read_rules
+from urdyn.diagnose.kinds.rules_file import read_rules
 from urdyn.io.calibration_file import read_calibration
 from urdyn.model.arm import Arm, controller_base, described, load_arm, read_arm
 from urdyn.model.geometry.drawing import angles

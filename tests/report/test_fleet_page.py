@@ -16,7 +16,7 @@ from tracked import HOUSE, diagnosed, growing
 from typer.testing import CliRunner
 
 from urdyn.cli.app import app
-from urdyn.diagnose.document import findings_document
+from urdyn.diagnose.findings.document import findings_document
 from urdyn.report.fleet.gather import STATES, gather, names, told
 from urdyn.report.fleet.page import WORDS, fleet_page, headline, sentence
 from urdyn.report.track import history

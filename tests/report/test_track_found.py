@@ -12,9 +12,9 @@ import pytest
 from tracked import CRITICAL, HOUSE, JOINTS, START, columns, diagnosed, growing, summary, write
 
 from urdyn.cli.diagnosing import faulty, summed
-from urdyn.diagnose.acknowledge import as_set
-from urdyn.diagnose.doubt import GAIN
-from urdyn.diagnose.rules_file import read_rules
+from urdyn.diagnose.findings.acknowledge import as_set
+from urdyn.diagnose.findings.doubt import GAIN
+from urdyn.diagnose.kinds.rules_file import read_rules
 from urdyn.io.spans import clock, span, span_of
 from urdyn.report.digits import difference, number
 from urdyn.report.finding_words import direction, size, when

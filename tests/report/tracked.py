@@ -10,9 +10,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from urdyn.diagnose import Finding
-from urdyn.diagnose.document import ORIGIN, findings_document
-from urdyn.diagnose.prognosis import Course
-from urdyn.diagnose.rules_file import read_rules
+from urdyn.diagnose.findings.document import ORIGIN, findings_document
+from urdyn.diagnose.findings.prognosis import Course
+from urdyn.diagnose.kinds.rules_file import read_rules
 
 ROWS, START, STEP = 6000, 1000.0, 0.01
 T = START + STEP * np.arange(ROWS)  # [s] as a controller stamps it

@@ -22,7 +22,7 @@ def acknowledge(folder: Folder, name: Name, json: Json = False, quiet: Quiet = F
 
     Example: [bold]urdyn acknowledge monday friction_increase.elbow_joint[/bold]
     """
-    from urdyn.diagnose.acknowledge import acknowledge as mark
+    from urdyn.diagnose.findings.acknowledge import acknowledge as mark
     from urdyn.io.run_folder import REPORT, SEVERITIES
 
     voice = Voice(json, quiet)

@@ -50,7 +50,7 @@ def known_rules(path: Path | None, hours: float | None) -> Rules:
     """The rules of diagnosis that the options ask for."""
     from dataclasses import replace
 
-    from urdyn.diagnose.rules_file import read_rules
+    from urdyn.diagnose.kinds.rules_file import read_rules
     from urdyn.errors import InputError
 
     known = read_rules(path)

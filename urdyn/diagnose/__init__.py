@@ -1,4 +1,13 @@
-"""From an arm's behaviour to its faults: one fault, one finding."""
+"""From an arm's behaviour to its faults: one fault, one finding.
+
+What runs is here; what it asks is in rooms, each of which knows only those below it:
+
+    findings       in a plant's words, and the book of them
+    slow | fast    changes that last, from moments; events, from a beat of rows
+    load           at the tool
+    kinds          what can be found: rules, suspects, and the values in which it is said
+    residual       what the commissioned model leaves unexplained
+"""
 
 from typing import TYPE_CHECKING
 
@@ -6,10 +15,10 @@ from urdyn.lazy import lookup
 
 if TYPE_CHECKING:
     from urdyn.diagnose.diagnosis import Diagnosis
-    from urdyn.diagnose.finding import Finding
+    from urdyn.diagnose.kinds.finding import Finding
+    from urdyn.diagnose.kinds.rules import Rules
+    from urdyn.diagnose.kinds.rules_file import read_rules
     from urdyn.diagnose.offline import Report, diagnose
-    from urdyn.diagnose.rules import Rules
-    from urdyn.diagnose.rules_file import read_rules
 
 __all__ = ["Diagnosis", "Finding", "Report", "Rules", "diagnose", "read_rules"]
 
@@ -17,9 +26,9 @@ __getattr__ = lookup(
     __name__,
     {
         "urdyn.diagnose.diagnosis": ("Diagnosis",),
-        "urdyn.diagnose.finding": ("Finding",),
+        "urdyn.diagnose.kinds.finding": ("Finding",),
         "urdyn.diagnose.offline": ("Report", "diagnose"),
-        "urdyn.diagnose.rules": ("Rules",),
-        "urdyn.diagnose.rules_file": ("read_rules",),
+        "urdyn.diagnose.kinds.rules": ("Rules",),
+        "urdyn.diagnose.kinds.rules_file": ("read_rules",),
     },
 )

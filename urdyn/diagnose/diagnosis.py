@@ -16,25 +16,25 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.diagnose.carrying import MOMENT
-from urdyn.diagnose.change import Push
-from urdyn.diagnose.encoder import all_seen, ever_unseen, seen, unseen, well
-from urdyn.diagnose.encoder_zero import jumps
-from urdyn.diagnose.event import Event
-from urdyn.diagnose.fast import Fast
-from urdyn.diagnose.finding import Finding
-from urdyn.diagnose.ledger import Ledger
-from urdyn.diagnose.observability import MOVED
-from urdyn.diagnose.onsets import PAUSE
-from urdyn.diagnose.pace import BEAT, Pace
-from urdyn.diagnose.rows import Rows, joined, rows
-from urdyn.diagnose.rules import Rules
-from urdyn.diagnose.rules_file import read_rules
-from urdyn.diagnose.sensor import BELIEVED
-from urdyn.diagnose.slow import Slow
-from urdyn.diagnose.space import Space, space
+from urdyn.diagnose.fast.encoder import all_seen, ever_unseen, seen, unseen, well
+from urdyn.diagnose.fast.encoder_zero import jumps
+from urdyn.diagnose.fast.fast import Fast
+from urdyn.diagnose.fast.observability import MOVED
+from urdyn.diagnose.fast.sensor import BELIEVED
+from urdyn.diagnose.findings.ledger import Ledger
+from urdyn.diagnose.kinds.change import Push
+from urdyn.diagnose.kinds.event import Event
+from urdyn.diagnose.kinds.finding import Finding
+from urdyn.diagnose.kinds.rules import Rules
+from urdyn.diagnose.kinds.rules_file import read_rules
+from urdyn.diagnose.load.carrying import MOMENT
+from urdyn.diagnose.residual.pace import BEAT, Pace
+from urdyn.diagnose.residual.rows import Rows, joined, rows
+from urdyn.diagnose.residual.space import Space, space
+from urdyn.diagnose.residual.warmth import felt, unfelt
+from urdyn.diagnose.slow.onsets import PAUSE
+from urdyn.diagnose.slow.slow import Slow
 from urdyn.diagnose.state import Now, State, motion_of
-from urdyn.diagnose.warmth import felt, unfelt
 from urdyn.identify.fit import Fit
 from urdyn.types import Array, Mask, Motion
 

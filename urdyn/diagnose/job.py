@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from urdyn.diagnose.fast_rules import fast_rules
-from urdyn.diagnose.rules import Noise, Rules, SlowKind
+from urdyn.diagnose.kinds.fast_rules import fast_rules
+from urdyn.diagnose.kinds.rules import Noise, Rules, SlowKind
 from urdyn.faults.decision import Costs
 from urdyn.identify.fit import Fit
 

@@ -15,34 +15,34 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from urdyn.diagnose.backlash import Reversals
-from urdyn.diagnose.carried import Mode, Shown
-from urdyn.diagnose.carrying import Absence, Carrying, Waiting
-from urdyn.diagnose.change import Change, Push
-from urdyn.diagnose.creep import Creep
-from urdyn.diagnose.encoder import Unseen
-from urdyn.diagnose.fast import FastState
-from urdyn.diagnose.fault import Fault
-from urdyn.diagnose.finding import Finding
-from urdyn.diagnose.gathering import Gathering
+from urdyn.diagnose.fast.backlash import Reversals
+from urdyn.diagnose.fast.creep import Creep
+from urdyn.diagnose.fast.encoder import Unseen
+from urdyn.diagnose.fast.fast import FastState
+from urdyn.diagnose.fast.oscillation import Heard, Ring
+from urdyn.diagnose.fast.pushed_link import Bin
+from urdyn.diagnose.fast.quiet import Quiet
+from urdyn.diagnose.fast.recurring import Recurred
+from urdyn.diagnose.fast.ringing_line import Usual
+from urdyn.diagnose.fast.sensor import Felt
+from urdyn.diagnose.findings.ledger import Book
 from urdyn.diagnose.job import KEPT
-from urdyn.diagnose.learning import Learnt
-from urdyn.diagnose.ledger import Book
-from urdyn.diagnose.loudness import Loudness
-from urdyn.diagnose.moment import Means, Pool
-from urdyn.diagnose.onsets import Bank, Block
-from urdyn.diagnose.oscillation import Heard, Ring
-from urdyn.diagnose.pushed_link import Bin
-from urdyn.diagnose.quiet import Quiet
-from urdyn.diagnose.recall import Recall
-from urdyn.diagnose.recurring import Recurred
-from urdyn.diagnose.ringing_line import Usual
-from urdyn.diagnose.rows import Rows
-from urdyn.diagnose.sensor import Felt
-from urdyn.diagnose.slow_state import LearntBy, SlowState
+from urdyn.diagnose.kinds.change import Change, Push
+from urdyn.diagnose.kinds.finding import Finding
+from urdyn.diagnose.load.carried import Mode, Shown
+from urdyn.diagnose.load.carrying import Absence, Carrying, Waiting
+from urdyn.diagnose.residual.gathering import Gathering
+from urdyn.diagnose.residual.moment import Means, Pool
+from urdyn.diagnose.residual.rows import Rows
+from urdyn.diagnose.residual.warmth import Warmth
+from urdyn.diagnose.slow.fault import Fault
+from urdyn.diagnose.slow.learning import Learnt
+from urdyn.diagnose.slow.loudness import Loudness
+from urdyn.diagnose.slow.onsets import Bank, Block
+from urdyn.diagnose.slow.recall import Recall
+from urdyn.diagnose.slow.slow_state import LearntBy, SlowState
+from urdyn.diagnose.slow.steadiness import Steadiness
 from urdyn.diagnose.state import Now, State
-from urdyn.diagnose.steadiness import Steadiness
-from urdyn.diagnose.warmth import Warmth
 from urdyn.errors import InputError
 from urdyn.io import writing
 from urdyn.signal import Instant

@@ -8,12 +8,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from urdyn.diagnose.acknowledge import as_set
 from urdyn.diagnose.diagnosis import Diagnosis
-from urdyn.diagnose.document import findings_document
-from urdyn.diagnose.finding import Finding
-from urdyn.diagnose.rules import Rules
-from urdyn.diagnose.rules_file import read_rules
+from urdyn.diagnose.findings.acknowledge import as_set
+from urdyn.diagnose.findings.document import findings_document
+from urdyn.diagnose.kinds.finding import Finding
+from urdyn.diagnose.kinds.rules import Rules
+from urdyn.diagnose.kinds.rules_file import read_rules
 from urdyn.errors import InputError
 from urdyn.identify.fit import Fit
 from urdyn.io import sha256

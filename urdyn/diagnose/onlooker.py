@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from urdyn.diagnose.job import KEPT, Job
+from urdyn.diagnose.kinds.rules import Rules
 from urdyn.diagnose.reading_row import blank, row
-from urdyn.diagnose.rules import Rules
 from urdyn.errors import InputError
 from urdyn.identify.fit import Fit
 from urdyn.io.frames import Words, numbers_frame, words_frame, words_of

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from urdyn.diagnose.acknowledge import Acknowledged, acknowledged, as_set, forget_gone
 from urdyn.diagnose.diagnosis import Diagnosis
-from urdyn.diagnose.document import findings_document
-from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.findings.acknowledge import Acknowledged, acknowledged, as_set, forget_gone
+from urdyn.diagnose.findings.document import findings_document
 from urdyn.diagnose.job import Job
+from urdyn.diagnose.kinds.finding import Finding
 from urdyn.diagnose.memory import Memory
 from urdyn.diagnose.reading_row import SERIES
 from urdyn.diagnose.state import Now, State

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from urdyn.diagnose.change import Push
-from urdyn.diagnose.encoder import Unseen
-from urdyn.diagnose.fast import FastState
-from urdyn.diagnose.ledger import Book, Findings
-from urdyn.diagnose.rows import Rows
-from urdyn.diagnose.slow_state import SlowState
-from urdyn.diagnose.warmth import Warmth
+from urdyn.diagnose.fast.encoder import Unseen
+from urdyn.diagnose.fast.fast import FastState
+from urdyn.diagnose.findings.ledger import Book, Findings
+from urdyn.diagnose.kinds.change import Push
+from urdyn.diagnose.residual.rows import Rows
+from urdyn.diagnose.residual.warmth import Warmth
+from urdyn.diagnose.slow.slow_state import SlowState
 from urdyn.signal import Instant
 from urdyn.types import Array, Motion
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from urdyn.diagnose.document import ORIGIN
+from urdyn.diagnose.findings.document import ORIGIN
 from urdyn.diagnose.job import job_of
 from urdyn.diagnose.session import Session
 from urdyn.io.frames import Words, words_of

@@ -19,8 +19,8 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 import urdyn as ud
+from urdyn.diagnose.kinds.rules_file import read_rules
 from urdyn.diagnose.onlooker import Onlooker
-from urdyn.diagnose.rules_file import read_rules
 from urdyn.errors import UrdynError
 from urdyn.estimate import UKF
 from urdyn.io import sha256

@@ -1,0 +1,1 @@
+"""Fast kinds: a beat of rows in, events out; pushes, backlash, ringing, sensors and encoders."""

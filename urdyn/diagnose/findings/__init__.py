@@ -1,0 +1,1 @@
+"""Findings in a plant's words, and the book that is kept of them."""

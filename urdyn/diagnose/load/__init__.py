@@ -1,0 +1,1 @@
+"""The load at the tool, which is no fault while it comes and goes."""

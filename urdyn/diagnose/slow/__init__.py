@@ -1,0 +1,1 @@
+"""Slow kinds: moments in, changes that last out; the healthy arm, every onset, and a judge."""
