@@ -147,6 +147,31 @@ def test_merged_onsets_are_of_one_state_each() -> None:
     assert found.sd[-1, 1] == pytest.approx(1e-3, rel=0.01)
 
 
+@pytest.mark.parametrize("spread", [0.0, 0.004])
+def test_what_is_merged_keeps_the_mean_and_the_spread_of_the_whole(spread: float) -> None:
+    """Where the merged onsets lie apart is doubt as well, however sure each of them is."""
+    model, y = trend(0.02, 0.0, 0.0), ramp(2)[:10] + 0.02 * np.sin(np.arange(10.0))
+    sizes = jumps(("f", "f.rate"), ["f.rate"], np.array([0.005, 0.02]), spread)
+    bank, hardly = (Bank(sizes, onsets=2, hazard=hazard) for hazard in (0.2, 1e-15))
+    state = bank.init(model)
+    for u, row in zip(ticks(10), y[:, None], strict=True):
+        state, _ = bank.step(model, state, u, row)
+    later, _ = hardly.step(model, state, *ticks(1), np.full(1, np.nan))  # merges all the same
+    here, F = state.gaussian, np.array([[1.0, 1.0], [0.0, 1.0]])
+    np.testing.assert_allclose(later.gaussian.mean, F @ here.mean, rtol=1e-9)
+    np.testing.assert_allclose(later.gaussian.cov, F @ here.cov @ F.T, rtol=1e-9)
+
+
+@pytest.mark.parametrize("spacing", [1, 3])
+def test_how_seldom_onsets_are_tried_does_not_change_how_likely_one_is(spacing: int) -> None:
+    sizes = jumps(("f", "f.rate"), ["f.rate"], np.array([0.01]))
+    bank, model = Bank(sizes, spacing=spacing, hazard=0.1), trend(0.02, 0.0, 0.0)
+    state = bank.init(model)
+    for u in ticks(6):
+        state, _ = bank.step(model, state, u, np.full(1, np.nan))
+    assert state.weight[0] == pytest.approx(0.9**6)
+
+
 @pytest.mark.parametrize("spread", [0.0, 1e-3])
 def test_merged_onsets_lose_little(spread: float) -> None:
     """Far fewer candidates than slices, and still no lag at the end of a long ramp."""
