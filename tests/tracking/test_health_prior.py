@@ -119,6 +119,18 @@ def test_as_health_strays_the_first_day_says_less_and_less(health_prior):
     assert moved[-1] < 0.01 * moved[0] and sd[-1] == pytest.approx(0.1, rel=1e-2)
 
 
+@pytest.mark.parametrize("passed", [0.0, 300.0, 3600.0])
+def test_health_strays_in_a_load_s_prior_as_it_does_in_the_filter(health_prior, passed):
+    """An oracle: what the process itself makes of the first day after so long."""
+    wear, at = health_prior.wear, health_prior.at
+    variance = wear.later(wear.prior, passed, False).cov.diagonal()[at]
+    strayed = variance - wear.prior.cov.diagonal()[at]
+    narrow = ALIKE_SD**2 + strayed
+    d, likelier = health_prior._known(passed)
+    np.testing.assert_allclose(d**2, 1.0 / narrow - 1.0 / variance, rtol=1e-6)
+    np.testing.assert_allclose(likelier, 0.5 * np.log(variance / narrow), rtol=1e-6)
+
+
 PIECE = np.array([2.5, 0.0, 0.0, 0.2, 0.03, 0.0, 0.03, 0.0, 0.0, 3e-3])
 
 

@@ -124,6 +124,29 @@ def test_margins_are_those_of_the_hardest_moment(followed):
     assert (of.used > 0.0).all() and (of.used < 1.0).all()
 
 
+def test_of_two_margins_the_one_that_surely_is_less_counts(followed):
+    """Not the one that seems to be less, but so vaguely that it may be far more."""
+    tracker, readings = followed
+    about = quantities(tracker.fit, tracker.currents)
+    reading = replace(readings[100], widened=False)
+    sure = gather(tracker, [reading])
+    vague = replace(sure, spare=0.9 * sure.spare, spare_sd=sure.spare_sd + sure.spare)
+    of = gathered(vague, reading, about, tracker.model.prior.mean)
+    assert (of.spare, of.spare_sd) == (sure.spare, sure.spare_sd)
+
+
+def test_noise_does_not_raise_what_is_used_of_a_drive(followed):
+    """Where the belief tells the current as well as a sensor does, one wild sample is none."""
+    tracker, readings = followed
+    sure = Gaussian(readings[-1].belief.mean, 1e-9 * readings[-1].belief.cov)
+    reading = replace(readings[-1], believed=lambda: sure)
+    wild = replace(reading, current=3.0 * np.abs(reading.modelled) + 1.0)
+    calm, of = (strained(nothing_yet(6), r, tracker.currents) for r in (reading, wild))
+    np.testing.assert_array_equal(of.used, calm.used)
+    per = tracker.currents.reference.drive.gain / tracker.currents.reference.arm.effort_limit
+    np.testing.assert_allclose(of.used, np.abs(reading.modelled) * per, rtol=1e-12)
+
+
 def test_friction_takes_what_the_drives_give_and_motion_does_not_keep(followed):
     tracker, readings = followed
     of = gather(tracker, readings)

@@ -117,6 +117,40 @@ def test_friction_grows_by_whichever_of_its_terms_does(workshop, model, group):
     np.testing.assert_allclose(grown[at], more, rtol=1e-9)
 
 
+def test_friction_that_fades_with_speed_counts_as_far_as_a_working_speed_leaves_it(workshop, model):
+    fit, at = workshop.fit, model.observation
+    own = fit.dynamics.drive
+    drive = replace(own, stribeck=0.5 * own.coulomb, stribeck_velocity=np.linspace(0.1, 0.6, 6))
+    reference = replace(at.reference, drive=drive)
+    of = (
+        quantities(fit, at),
+        replace(quantities(fit, at), currents=replace(at, reference=reference)),
+    )
+    without, faded = (each.of(model.prior)[0] for each in of)
+    told = [of[0].names.index(f"{j}.friction") for j in fit.dynamics.arm.joint_names]
+    before = own.stribeck * np.exp(-WORKING_SPEED / own.stribeck_velocity)
+    more = drive.stribeck * np.exp(-WORKING_SPEED / drive.stribeck_velocity) - before
+    np.testing.assert_allclose((faded - without)[told], more, rtol=1e-9)
+
+
+@pytest.mark.parametrize("group", ["m", "payload"])
+def test_weights_are_no_surer_than_the_gain_that_weighed_them(workshop, model, group):
+    """Of links, and of what was put on the flange; of a tool that was named, nothing is doubted."""
+    tool, at = np.r_[1.5, 0.0, 0.0, 0.1, np.zeros(6)], model.observation
+    named = replace(at, reference=replace(at.reference, payload=tool))
+    of, mean = quantities(workshop.fit, named), np.array(model.prior.mean)
+    mean[at.places["payload"].start] = 2.0
+    links = [f"{link}.mass" for link in workshop.fit.dynamics.arm.link_names]
+    told = [of.names.index(name) for name in (links if group == "m" else ["payload.mass"])]
+    sds = []
+    for by_gain in (0.0, 0.05):
+        doubted = replace(of, taken=of.taken | {group: np.full(1, by_gain)})
+        masses, sd = doubted.of(Gaussian(mean, model.prior.cov))
+        sds.append(sd[told])
+    weighed = masses[told] if group == "m" else masses[told] - 1.5
+    np.testing.assert_allclose(sds[1] ** 2 - sds[0] ** 2, (0.05 * weighed) ** 2, rtol=1e-6)
+
+
 def test_links_are_as_sure_on_the_first_day_as_their_fit(workshop, model):
     """What motion shows of them, what none does, and what hangs on what is taken for known.
 

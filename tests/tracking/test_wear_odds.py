@@ -100,6 +100,15 @@ def measured(seed: int) -> tuple[Gaussian, np.ndarray, np.ndarray]:
     return prior, H, y
 
 
+def test_what_is_known_less_well_than_before_was_not_measured_and_did_not_wear() -> None:
+    """However far its mean lies off: it strayed, and nobody saw where to."""
+    before = prior_of(np.random.default_rng(1))
+    off = before.mean + np.where(np.arange(STATES) < DRIVES, 1.0, 0.0)
+    odds = told(before, Gaussian(off, 1.5 * before.cov))
+    np.testing.assert_array_equal(odds.log_odds, 0.0)
+    assert not odds.worse.any() and not odds.wore(0.0).any()
+
+
 @pytest.mark.parametrize("seed", range(10))
 def test_a_belief_tells_what_two_priors_make_of_all_measurements(seed: int) -> None:
     """The ratio of both marginal likelihoods, by the posterior of one of them."""
