@@ -27,6 +27,7 @@ from urdyn.diagnose.findings.acknowledge import (
 )
 from urdyn.diagnose.findings.document import findings_document
 from urdyn.diagnose.findings.prognosis import FAN, Course, trend
+from urdyn.diagnose.findings.trust import trust
 from urdyn.diagnose.findings.verdict import of_change, up_to_date
 from urdyn.diagnose.job import Job
 from urdyn.diagnose.kinds import rules
@@ -45,6 +46,7 @@ from urdyn.diagnose.state import Now, State
 from urdyn.errors import InputError
 from urdyn.io import writing
 from urdyn.signal import Instant
+from urdyn.types import NORMAL90
 
 PUSH = "collision:link=4,force=90/0/60,onset=6"
 RUN = {"run": "this"}
@@ -579,6 +581,24 @@ def found_then(
     found = of_change(change, of, diagnosis.space, diagnosis.rules, [])
     (then,) = up_to_date([found], {k: of.each[k]}, {k: series}, diagnosis.space, now, {k: 0.0})
     return then
+
+
+def test_a_finding_is_as_sure_as_its_name_and_its_text_tells_a_90_percent_interval(
+    shop: Shop,
+) -> None:
+    """A bias is told as a share of friction: how well that is known counts, too."""
+    diagnosis = shop.diagnosis(shop.log(seconds=2.0))
+    of = diagnosis.slow.of
+    k = next(k for k, s in enumerate(of.each) if s.kind.name == "sensor_fault")
+    suspect = replace(of.each[k], doubt=0.1)
+    named = replace(of, each=(*of.each[:k], suspect, *of.each[k + 1 :]))
+    change = Change(k, 0.0, (-1.0, 1.0), (-1.0, 1.0), 5.0, 0.99, 9.0, 0.5, 0.05, 0.0, 0.0)
+    found = of_change(change, named, diagnosis.space, diagnosis.rules, [])
+    size, sd = suspect.read(0.5, 0.05)
+    assert found.size_sd == pytest.approx(np.hypot(sd, 0.1 * size))
+    assert f"± {NORMAL90 * found.size_sd:.2g} " in found.text
+    right = trust("sensor_fault", diagnosis.rules.named)
+    assert right < 1.0 and found.confidence == pytest.approx(0.99 * right)
 
 
 def test_a_change_has_the_size_of_the_last_block_that_tells_it(shop: Shop) -> None:

@@ -88,6 +88,21 @@ def test_a_change_of_which_too_little_is_left_to_be_told_is_none(
     assert judge._nothing(replace(slow.init(), bank=bank), fault) == nothing
 
 
+@pytest.mark.parametrize(("reported", "taken"), [(3.0, True), (0.4, False)])
+def test_what_was_never_told_to_be_more_than_is_left_of_it_is_not_taken_back(
+    shop: Shop, reported: float, taken: bool
+) -> None:
+    slow = shop.diagnosis(shop.log(seconds=1.0)).slow
+    judge, size = slow.judge, slow.judge.healthy.space.size
+    k = [(s.kind.name, s.joint) for s in judge.of.each].index(("sensor_fault", 1))
+    suspect = judge.of.each[k]
+    least, x = suspect.kind.least * suspect.unit, np.zeros(size)
+    x[judge.of.states[suspect.places[0]]] = 0.4 * least
+    bank = replace(onsets.first(x, 1e-12 * np.eye(size), len(judge.of.states)), t=3.0)
+    state, fault = replace(slow.init(), bank=bank), Fault(k, 0.0, 1.0, 2.0, reported * least)
+    assert judge._nothing(state, fault) and judge._taken_back(state, fault) == taken
+
+
 @pytest.mark.parametrize("viscous", [0.0, -0.3])
 def test_friction_of_which_one_term_makes_up_for_the_other_is_none(
     shop: Shop, viscous: float

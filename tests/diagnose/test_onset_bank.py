@@ -10,7 +10,7 @@ import pytest
 from urdyn.diagnose.kinds.likelihood_ratio import log_ratio
 from urdyn.diagnose.kinds.rules import SlowKind
 from urdyn.diagnose.kinds.suspects import Suspect, Suspects
-from urdyn.diagnose.slow.explanation import gathered, ratios
+from urdyn.diagnose.slow.explanation import explanation, gathered, ratios
 from urdyn.diagnose.slow.onsets import (
     PAUSE,
     PROGRAM,
@@ -111,6 +111,36 @@ def test_the_time_before_a_run_counts_for_as_many_blocks_as_are_promised_for_it(
     [old] = gathered(first_alone, ratios(first_alone, of))
     assert np.isclose(np.exp(before), np.exp(since) + 50.0 * np.exp(old))
     assert gathered(replace(bank, oldest=False), told, 50.0) == since
+
+
+WEAR = SlowKind("wear", {"f": 0.2}, least=0.0, warning=1.0, critical=2.0, sign=1)
+
+
+def wearing(made, rate: float, begin: float):
+    """The same blocks of an arm whose first state grows from then on [1/s]."""
+    for block, here, y in made:
+        grown = E @ np.array([rate * max(block.middle - begin, 0.0), 0.0])
+        yield replace(block, b=block.b + block.A @ grown), here, y
+
+
+def test_a_ramp_s_size_is_as_sure_as_its_rate_over_its_age() -> None:
+    P, made = blocks(np.random.default_rng(4))
+    bank = banked(P, wearing(made, 0.5, 10.0))
+    found = explanation(bank, Suspect(WEAR, 0, np.array([0]), np.full(1, 30.0), 1.0))
+    assert found.shape == "ramp" and found.rate == pytest.approx(0.5, abs=4.0 * found.rate_sd)
+    age = found.size / found.rate
+    assert np.isclose(bank.t - bank.onset, age).any()
+    assert found.size_sd == pytest.approx(age * found.rate_sd)
+
+
+def test_what_may_be_older_than_the_run_began_by_its_first_block_or_before() -> None:
+    P, made = blocks(np.random.default_rng(5), change=np.array([5.0, 0.0]))
+    of = Suspect(WEAR, 0, np.array([0]), np.ones(1), 1.0)
+    bank = banked(P, made)
+    found = explanation(bank, of)
+    assert found.older and found.began[:2] == (0.0, 0.0) and 0.0 < found.began[2] < 2.0 * SECONDS
+    since = explanation(replace(bank, oldest=False), of)  # looked for from there on only
+    assert not since.older and since.began[1] > 0.0
 
 
 def test_old_onsets_thin_out_and_none_is_forgotten() -> None:

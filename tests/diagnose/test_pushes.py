@@ -15,7 +15,8 @@ from shop import Shop
 from urdyn.diagnose import diagnose
 from urdyn.diagnose.diagnosis import _told_of
 from urdyn.diagnose.fast.collision import Collision
-from urdyn.diagnose.fast.pushed_link import BIN, LOUD, Bin, Pushed
+from urdyn.diagnose.fast.pushed_link import BIN, LOUD, MODEL, Bin, Pushed
+from urdyn.diagnose.fast.pushed_link import FORCE as BEFORE
 from urdyn.diagnose.findings.event_finding import of_event
 from urdyn.diagnose.kinds.change import Push
 from urdyn.diagnose.kinds.event import Event
@@ -192,6 +193,21 @@ def test_where_two_links_meet_a_push_may_be_on_either(where: Space, link: int) -
 def test_which_way_a_push_went_is_told_with_intervals_that_hold(placed: Placed) -> None:
     """An interval holds 90 % of each component; of 400 draws, .85 is 3.3 sd below that."""
     assert (np.abs(placed.off) < NORMAL90).mean(axis=0).min() > 0.85
+
+
+def test_a_push_lasts_until_it_was_over_and_not_until_that_was_sure(where: Space) -> None:
+    event = _event(where, _pushed(where, 4))
+    assert event.evidence["duration_s"] == pytest.approx((8 - CALM) * BIN)
+
+
+def test_a_force_is_as_sure_as_the_model_and_surer_than_before_it_was_felt(where: Space) -> None:
+    """Six joints, each off by a share of its own, tell a known direction's force to 1/√6 of it."""
+    exact, felt = np.full(6, 1e-3), -_lever(where, Q, 4, 0.5).T @ FORCE
+    _, _, force = Pushed(where, 15.0)._place(Q, felt, exact, np.ones(6, dtype=bool))
+    strength = np.linalg.norm(FORCE)
+    along = np.sqrt(FORCE @ force.cov @ FORCE) / strength
+    known = 1.0 / np.hypot(np.sqrt(6.0) / (MODEL * strength), 1.0 / BEFORE)
+    assert known < along < 0.5 * BEFORE
 
 
 def test_a_piece_that_is_there_when_it_seems_over_was_no_push(where: Space) -> None:

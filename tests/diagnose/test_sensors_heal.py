@@ -215,6 +215,15 @@ def _noisy(shop: Shop, seconds: float) -> float:
     return float("inf")
 
 
+def test_a_noisy_sensor_s_size_is_the_noise_that_it_should_not_have(shop: Shop) -> None:
+    """Of Coulomb friction; its usual noise, and what it has besides, add as squares."""
+    health, drive = shop.diagnosis(shop.log(seconds=1.0)).fast.sensors, shop.fit.dynamics.drive
+    loud = replace(health.init(), rough=np.sqrt(1.0 + 0.5**2) * health.usual)
+    event = health._noisy(loud, 2, 1.0)
+    torque = 0.5 * health.usual * drive.gain
+    assert event.size == pytest.approx((torque / drive.coulomb)[2], rel=1e-9)
+
+
 def test_a_sensor_is_believed_again_as_soon_however_long_it_was_noisy(shop: Shop) -> None:
     """Its last noisy beats fade for as long as one has to be noisy, then it shows no sign of it."""
     assert _noisy(shop, 10.0) == _noisy(shop, 120.0) < 2.0 * BELIEVED + 1.0

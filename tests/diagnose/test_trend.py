@@ -53,6 +53,23 @@ def test_wear_has_a_forecast_that_holds_the_truth_however_slow_it_is(
     assert sum(held) >= binom.ppf(1e-3, len(held), 0.9)
 
 
+@pytest.mark.parametrize("blocks", [12, 720])
+def test_a_rate_is_no_surer_than_how_far_a_size_strays_by_itself(blocks: int) -> None:
+    """However exact each size is: of a walk over T, a line's slope has sd walk √(6/5 / T)."""
+    rows = [(BLOCK * k, 0.1 + 1e-9 * k, 1e-9) for k in range(blocks)]
+    course = trend(rows, -1.0, BLOCK * blocks, WALK)
+    lasted = BLOCK * (blocks - 1)
+    assert course is not None and course.rate_sd >= 0.99 * WALK * np.sqrt(1.2 / lasted)
+
+
+def test_what_all_sizes_share_is_not_averaged_away() -> None:
+    """Each is compared with the same healthy arm, and its error is in all of them."""
+    rows = [(BLOCK * k, 0.1 + 1e-3 * k, BEFORE) for k in range(200)]
+    course = trend(rows, -1.0, 1000.0)
+    assert course is not None and course.size == pytest.approx(0.3, abs=0.005)
+    assert course.size_sd >= BEFORE
+
+
 @pytest.mark.parametrize("blocks", [12, 60, 240, 720])
 def test_what_stays_is_told_to_grow_once_in_a_hundred_at_most(blocks: int) -> None:
     rng = np.random.default_rng(6)
