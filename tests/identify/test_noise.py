@@ -185,6 +185,22 @@ def test_average_weight_is_fishers_information(dof: float) -> None:
     assert weight[0] == pytest.approx(information, rel=1e-6)
 
 
+@pytest.mark.parametrize("dof", [4.5, 10.0])
+def test_gaussian_noise_that_counts_alike_leaves_fishers_information(dof: float) -> None:
+    """Of a location, a row of t noise tells less than one of a Gaussian of its scale."""
+    noise = Noise(*np.array([[SCALE], [SCALE], [dof]]), np.zeros((1, 0)))
+    information = (dof + 1.0) / (dof + 3.0) / SCALE**2
+    assert 1.0 / noise.counted.power[0] == pytest.approx(information, rel=1e-9)
+
+
+def test_what_a_fit_absorbed_is_part_of_the_noise_and_widens_its_intervals() -> None:
+    """A white share of it adds to the residuals' variance."""
+    left = SCALE * np.random.default_rng(41).standard_normal(2000)
+    more = [[np.full(1001, SCALE**2)]]
+    plain, noise = (fit_noise([[left]], STEP, usual(1), absorbed) for absorbed in (None, more))
+    assert noise.sd[0] ** 2 == pytest.approx(plain.sd[0] ** 2 + SCALE**2, rel=1e-9)
+
+
 def test_an_outlier_counts_less_the_wilder_it_is() -> None:
     noise = Noise(*np.array([[SCALE], [SCALE], [5.0]]), np.zeros((1, 0)))
     wild = SCALE * np.array([0.0, 3.0, 30.0, 300.0])
