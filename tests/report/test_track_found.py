@@ -20,6 +20,7 @@ from urdyn.report.digits import difference, number
 from urdyn.report.finding_words import direction, size, when
 from urdyn.report.track.history import History
 from urdyn.report.track.page import track_page
+from urdyn.types import NORMAL90
 
 SCRIPT = re.compile(r"<script.*?</script>", re.S)
 PUSH = {"duration_s": 0.5, "strength_N": 40.0, "force_N": [40.0, 0.0, 0.0]}
@@ -243,6 +244,22 @@ def test_a_fan_is_drawn_from_the_numbers_of_the_finding(history):
     )
     labels = {shape.get("label", {}).get("text") for shape in drawn["layout"]["shapes"]}
     assert labels >= {"warning +20 %", "critical +50 %", "now", "alarm"}
+
+
+def test_a_band_of_what_was_seen_is_as_wide_as_90_percent_are(history):
+    finding = growing()
+    drawn = next(
+        json.loads(text)
+        for text in re.findall(
+            r'<script type="application/json">(.*?)</script>', page(history, finding), re.S
+        )
+        if '"seen"' in text and "forecast" in text
+    )
+    seen, sd = (100.0 * np.array(finding.evidence["series"][k]) for k in ("size", "sd"))
+    n = len(seen)
+    edges = [values(t["y"])[:n] for t in drawn["data"] if len(values(t["y"])) == n + 1]
+    half = max(float(np.max(np.abs(y - seen) / sd)) for y in edges)
+    assert half == pytest.approx(NORMAL90, rel=1e-4)
 
 
 def values(drawn) -> np.ndarray:
