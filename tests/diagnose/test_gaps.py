@@ -280,3 +280,36 @@ def test_nor_does_a_reversal_within_a_pause_of_the_recording_break_it(shop: Shop
     kept = (log.t < log.t[0] + 4.0) | (log.t > log.t[0] + 7.0)
     channels = {name: values[kept] for name, values in log.channels.items()}
     assert not diagnose(shop.fit, Log(log.t[kept], channels)).findings
+
+
+def test_what_the_tool_carries_hangs_on_a_gear_that_may_have_play(shop: Shop) -> None:
+    """Its weight turns loads over at other times, and its inertia flies with the link."""
+    of, arm = space(shop.fit), shop.dynamics.arm
+    tool = np.array([3.0, 0.0, 0.0, 0.3, 0.04, 0.04, 0.01, 0.0, 0.0, 0.0])
+    rng, shape = np.random.default_rng(7), (4, arm.joints)
+    per_unit = rng.standard_normal((*shape, 10))
+    rows = SimpleNamespace(
+        tool=per_unit, load=rng.standard_normal(shape), residual=rng.standard_normal(shape)
+    )
+    seen = Backlash(of, 1.0 / RATE, read_rules().fast.joint_backlash)._loaded(rows, tool)
+    K = of.reference.drive.gain
+    np.testing.assert_allclose(seen.load, rows.load + K * (per_unit @ tool))
+    np.testing.assert_allclose(seen.left, rows.residual - per_unit @ tool)
+
+    q, still = np.array([0.3, -1.2, 1.1, -0.7, 0.9, 0.2]), np.zeros(arm.joints)
+    carried = of.arm.inertials + np.eye(arm.joints)[-1][:, None] * tool
+    for j, start in enumerate(np.eye(arm.joints)):
+        pulls = of.arm.torque(q, still, start, carried) - of.arm.torque(q, still, still, carried)
+        assert Flight(of, 1.0 / RATE)._mass(q, j, tool) == pytest.approx(pulls[j])
+
+
+def test_a_jolt_beside_a_known_gap_is_no_gap_of_its_own(shop: Shop) -> None:
+    backlash, llr = (
+        Backlash(space(shop.fit), 1.0 / RATE, read_rules().fast.joint_backlash),
+        np.array([8.0]),
+    )
+    nothing, beside = backlash.init(), np.arange(6) == 4
+    known = replace(nothing, R=np.where(beside[:, None], 60.0, nothing.R))
+    assert backlash._own(nothing, 1, llr, beside) == pytest.approx(llr)
+    assert backlash._own(known, 1, llr, ~(beside | True)) == pytest.approx(llr)
+    assert abs(backlash._own(known, 1, llr, beside)) < 1e-6
