@@ -10,10 +10,14 @@ import pytest
 from urdyn.diagnose.kinds.likelihood_ratio import log_ratio
 from urdyn.diagnose.kinds.rules import SlowKind
 from urdyn.diagnose.kinds.suspects import Suspect, Suspects
+from urdyn.diagnose.residual.gathering import none_gathered
+from urdyn.diagnose.residual.moment import Pool
 from urdyn.diagnose.slow.explanation import explanation, gathered, ratios
 from urdyn.diagnose.slow.onsets import (
     PAUSE,
     PROGRAM,
+    RECENT,
+    WITHIN,
     Block,
     Straying,
     first,
@@ -81,11 +85,35 @@ def dense(P, made, onset: float, ramp: bool):
 def test_every_onset_is_judged_as_the_joint_gaussian_judges_it(ramp: bool) -> None:
     P, made = blocks(np.random.default_rng(0))
     bank = banked(P, made)
-    np.testing.assert_array_equal(bank.onset, SECONDS * np.r_[0.0, np.arange(1.0, BLOCKS, 0.5)])
+    np.testing.assert_array_equal(bank.onset, SECONDS * np.r_[0.0, np.arange(1.0, BLOCKS, 0.25)])
     for m, onset in enumerate(bank.onset):
         C, d = dense(P, made, onset / SECONDS, ramp)
         np.testing.assert_allclose(bank.C[int(ramp), m], C, rtol=1e-5, atol=1e-10)
         np.testing.assert_allclose(bank.d[int(ramp), m], d, rtol=1e-5, atol=1e-6)
+
+
+def test_an_onset_within_a_block_is_judged_by_the_information_since_not_by_the_time() -> None:
+    """Of moments of unlike motion a block keeps their sum, b, whose Gaussian has every onset."""
+    rng, P = np.random.default_rng(6), np.diag([0.3, 0.2, 0.1]) ** 2
+    moments = len(WITHIN)
+    H = rng.standard_normal((moments, 2, N)) * np.array([3.0, 0.0, 0.1, 1.0])[:, None, None]
+    truth = rng.multivariate_normal(np.zeros(N), P)
+    y = H @ truth + rng.standard_normal((moments, 2))
+    gathering = none_gathered(N, 1)
+    for k, t in enumerate(SECONDS * np.array(WITHIN)):
+        pool = Pool(H[k].T @ H[k], H[k].T @ y[k], 0.0, np.zeros((3, 1)))
+        gathering = gathering.after(pool, t, t + SECONDS / moments, np.zeros((4, 1)))
+    A, b = strayed(gathering.A, gathering.b, WINDOW)
+    within = SECONDS * np.array(WITHIN[1:])
+    block = Block(0.0, SECONDS, A, b, since=gathering.since(within) @ E)
+    bank = step(first(np.zeros(N), P, E.shape[1], 0.0), block, Straying(WALK, WINDOW), E)
+    var = P + np.diag(WALK**2 * SECONDS + WINDOW**2)
+    rows = H.reshape(-1, N)
+    S = rows.T @ (rows @ var @ rows.T + np.eye(len(rows))) @ rows
+    for m in range(moments):
+        G = rows.T @ ((np.arange(moments) >= m)[:, None, None] * H).reshape(-1, N) @ E
+        np.testing.assert_allclose(bank.C[0, m], G.T @ np.linalg.solve(S, G), rtol=1e-6)
+        np.testing.assert_allclose(bank.d[0, m], G.T @ np.linalg.solve(S, gathering.b), rtol=1e-6)
 
 
 def test_evidence_against_a_healthy_arm_is_one_on_the_average() -> None:
@@ -149,7 +177,7 @@ def test_old_onsets_thin_out_and_none_is_forgotten() -> None:
     for k in range(200):
         block = Block(k * SECONDS, (k + 1) * SECONDS, made[k % BLOCKS][0].A, made[k % BLOCKS][0].b)
         bank = step(bank, block, Straying(WALK, WINDOW), E)
-    assert len(bank.onset) < 40
+    assert len(bank.onset) < RECENT + 16
     assert bank.weight.sum() == 200
     assert bank.onset[0] == 0.0
 
@@ -161,8 +189,8 @@ def test_while_an_alarm_waits_no_onset_speaks_for_another() -> None:
         block = Block(k * SECONDS, (k + 1) * SECONDS, made[k % BLOCKS][0].A, made[k % BLOCKS][0].b)
         bank = step(bank, block, Straying(WALK, WINDOW), E, whole=k < 29)
         if k == 28:
-            assert len(bank.onset) == 1 + 2 * 28
-    assert len(bank.onset) < 30 and bank.weight.sum() == 30
+            assert len(bank.onset) == 1 + len(WITHIN) * 28
+    assert len(bank.onset) < RECENT + 8 and bank.weight.sum() == 30
 
 
 def test_what_hides_in_a_program_may_be_anything_again_in_the_next() -> None:

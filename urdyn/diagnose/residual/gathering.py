@@ -9,6 +9,8 @@ import numpy as np
 from urdyn.diagnose.residual.moment import Pool
 from urdyn.types import Array
 
+NOTHING = 1e-9  # [-] of the information on single states, on a combination of them
+
 
 @dataclass(frozen=True, eq=False)
 class Gathering:
@@ -23,6 +25,7 @@ class Gathering:
     # (n, n), (n,) what another load removed from A and b, in a block that began with one
     laden: tuple[Array, Array] | None = None
     lost: Array | float = 0.0  # as `friction.lost` has it
+    each: tuple[tuple[float, Array], ...] = ()  # moments: middle [s] and information, (n, n)
 
     @property
     def warmth(self) -> Array:
@@ -65,7 +68,23 @@ class Gathering:
             moments=self.moments + 1,
             begin=begin if np.isnan(self.begin) else self.begin,
             end=end,
+            each=(*self.each, (0.5 * (begin + end), pool.A)),
         )
+
+    def since(self, t: Array) -> Array:
+        """The mean shift as which a unit of each state since each of these times shows, (k, n, n).
+
+        By information, not by time: from a change d on A' d is added to b, so it is A^-1 A' d.
+
+        Args:
+            t: (k,) [s].
+        """
+        whole = np.sum([A for _, A in self.each], axis=0)
+        late = np.array([np.sum([(at > s) * A for at, A in self.each], axis=0) for s in t])
+        var = whole.diagonal()
+        sd = np.sqrt(np.divide(1.0, var, out=np.zeros_like(var), where=var > 0.0))
+        inverse = np.linalg.pinv(whole * np.outer(sd, sd), NOTHING, hermitian=True)
+        return np.asarray((inverse * np.outer(sd, sd)) @ late)
 
 
 def none_gathered(n: int, joints: int) -> Gathering:

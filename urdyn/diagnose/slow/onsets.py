@@ -19,7 +19,7 @@ from urdyn.types import Array, Index
 
 PAUSE = 10.0  # [s] without work, after which it may be another program
 PROGRAM = 1.0  # [-] of the windows' straying, by which the model may be off throughout a program
-WITHIN = (0.0, 0.5)  # [-] of a block, points at which a change may begin: not all do at its edges
+WITHIN = (0.0, 0.25, 0.5, 0.75)  # [-] of a block, points at which a change may begin
 RECENT = 8 * len(WITHIN)  # onsets that are all kept; older ones are ever sparser
 APART = 0.5  # [-] of an old onset's age, gap between its neighbours above which it is kept
 
@@ -60,6 +60,9 @@ class Block:
     hidden: Array | float = 0.0  # (n,) sd of an effect hidden in a program, which ends with it
     leap: Array | float = 0.0  # (n,) sd of a possible change at its start
     lost: Array | float = 0.0  # as `friction.lost` has it, (4, J); 0: not known
+    # (k, n, p) mean shift as which a unit of each fault since each onset within it shows; None:
+    # information is even over it
+    since: Array | None = None
     # Where it began with another load: the block without that, or any unseen piece.
     unladen: Block | None = None
 
@@ -126,8 +129,7 @@ def step(bank: Bank, block: Block, straying: Straying, E: Array, whole: bool = F
     after = P @ keep
     P = 0.5 * (after + after.T)
     g = block.b - block.A @ bank.x
-    grown = _grown(bank.onset, block)
-    missed = E[:, None, None, :] * grown[:, :, None] - bank.X  # (n, 2, m, p)
+    missed = _grown(bank.onset, block, E) - bank.X  # (n, 2, m, p)
     flat = missed.reshape(len(P), -1)
     weighed = (seen @ flat).reshape(missed.shape)
     C = bank.C + np.einsum("nsmp,nsmq->smpq", missed, weighed, optimize=True)
@@ -187,11 +189,15 @@ def between_programs(window: Array, hidden: Array | float = 0.0) -> Array:
     return PROGRAM * np.hypot(window, hidden)
 
 
-def _grown(onset: Array, block: Block) -> Array:
-    """Mean over a block of steps and ramps from each onset on, (2, m)."""
+def _grown(onset: Array, block: Block, E: Array) -> Array:
+    """Mean shift over a block by unit steps and ramps from each onset on, (n, 2, m, p)."""
     begin = np.maximum(onset, block.begin)
-    share = (block.end - begin) / (block.end - block.begin)
-    return share * np.stack([np.ones(len(onset)), 0.5 * (begin + block.end) - onset])
+    share, age = (block.end - begin) / (block.end - block.begin), 0.5 * (begin + block.end) - onset
+    step = share[:, None] * E[:, None]
+    if block.since is not None:
+        within = np.flatnonzero(onset > block.begin)  # none in a run's first block
+        step[:, within] = np.moveaxis(block.since[: len(within)], 0, 1)
+    return np.stack([step, age[:, None] * step], axis=1)
 
 
 def _with_onsets(bank: Bank, block: Block, p: int) -> Bank:

@@ -20,7 +20,7 @@ from urdyn.diagnose.load.given_load import Belief
 from urdyn.diagnose.load.lasting_load import LastingLoad
 from urdyn.diagnose.load.loads import DELAY, Believed, Loads
 from urdyn.diagnose.residual import friction, warmth
-from urdyn.diagnose.residual.gathering import none_gathered
+from urdyn.diagnose.residual.gathering import Gathering, none_gathered
 from urdyn.diagnose.residual.moment import Pool, averaged, pooled
 from urdyn.diagnose.residual.rows import Rows
 from urdyn.diagnose.residual.space import Space
@@ -268,7 +268,17 @@ class Slow:
         A, b = warmth.widened(A, b, warmth.unknowns(self.space, warm))
         unseen = np.append(hidden, np.zeros(len(b) - len(hidden)))
         walk = self.healthy.blind(warm)
-        return Block(gathering.begin, gathering.end, A, b, walk, unseen, lost=gathering.lost)
+        begin, end, lost = gathering.begin, gathering.end, gathering.lost
+        return Block(begin, end, A, b, walk, unseen, lost=lost, since=self._since(gathering))
+
+    def _since(self, gathering: Gathering) -> Array:
+        """How faults that begin within a block show in it, as `Block.since` has it."""
+        E, n = self.judge.E, self.space.size
+        lasting = gathering.end - gathering.begin
+        shown = np.zeros((len(onsets.WITHIN) - 1, *E.shape))  # none in the unknowns of warmth
+        within = gathering.begin + lasting * np.array(onsets.WITHIN[1:])
+        shown[:, :n] = gathering.since(within) @ E[:n]
+        return shown
 
     def _retold(self, state: SlowState) -> SlowState:
         """Re-evaluate the waiting moments given what is known by now."""
