@@ -8,7 +8,8 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose.findings.event_finding import of_event
-from urdyn.diagnose.findings.explained import unexplained
+from urdyn.diagnose.findings.explained import RESOLVED, timed, unexplained
+from urdyn.diagnose.kinds.change import Change
 from urdyn.diagnose.kinds.event import Event
 from urdyn.diagnose.kinds.finding import Finding
 from urdyn.diagnose.kinds.rules_file import read_rules
@@ -68,3 +69,31 @@ def test_jolts_where_a_joint_reverses_may_be_friction_and_are_never_critical(
     finding = _finding(shop, "joint_backlash", 3, 18.0, **gap)
     assert finding.severity == severity
     assert ("friction" in finding.advice) == (severity == "warning")
+
+
+STEP = Change(
+    suspect=0, onset=35.0, shown=(35.0, 35.0), began=(34.1, 35.9), alarm=45.0, confidence=0.99,
+    evidence=600.0, size=-0.2, size_sd=0.01, rate=0.0, rate_sd=0.0,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("at", "alone", "joint", "change", "times"),
+    [(34.0, 1, 1, STEP, True), (35.5, 1, 1, STEP, True), (35.0 - 1.1 * RESOLVED, 1, 1, STEP, False),
+     (36.5, 1, 1, STEP, False), (34.0, 2, 1, STEP, False), (34.0, None, None, STEP, False),
+     (34.0, 1, 1, replace(STEP, rate=0.01), False), (34.0, 1, 1, replace(STEP, older=True), False)],
+)  # fmt: skip
+def test_a_push_as_which_a_step_was_felt_times_it_and_is_explained_by_it(
+    shop: Shop, at: float, alone: int | None, joint: int | None, change: Change, times: bool
+) -> None:
+    """It was there by then, though the slow tests had no information while it seemed a push."""
+    push = _finding(shop, "collision", 5, at, alone=alone)
+    later = _finding(shop, "collision", 5, at + 0.1, alone=alone)
+    told = timed(change, joint, [later, push])
+    if not times:
+        assert told is change
+        return
+    first, last = push.onset_interval_s
+    assert told.onset == at and told.began == (min(change.began[0], first), last)
+    found = replace(_change(shop, 1), onset_interval_s=told.began, alarm_s=told.alarm)
+    assert unexplained([push, later, found]) == (found,)

@@ -13,7 +13,7 @@ import numpy as np
 from urdyn.diagnose.fast import encoder_zero
 from urdyn.diagnose.fast.recurring import Recurred, unjolted
 from urdyn.diagnose.findings.event_finding import of_event
-from urdyn.diagnose.findings.explained import unexplained
+from urdyn.diagnose.findings.explained import timed, unexplained
 from urdyn.diagnose.findings.external_pull import of_a_pull
 from urdyn.diagnose.findings.lossy_stream import of_the_stream
 from urdyn.diagnose.findings.trust import in_company
@@ -110,6 +110,7 @@ class Ledger:
             k, suspect = change.suspect, self.judge.of.each[change.suspect]
             if not suspect.kind.of_tool and k not in slow.suspects:
                 continue
+            change = timed(change, suspect.joint, book.findings)
             trace = () if suspect.kind.of_tool else tuple(extent.trace(slow, k))
             series[k] = trace
             finding = of_change(change, self.judge.of, self.space, self.rules, trace)
