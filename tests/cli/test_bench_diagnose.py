@@ -22,6 +22,7 @@ from urdyn.bench.diagnosis_trials import (
     trials,
 )
 from urdyn.cli.kinds import kinds_table, summed
+from urdyn.diagnose.slow.slow import BLOCK
 from urdyn.model.arm import load_arm
 from urdyn.report.bench.shares import rate_of
 from urdyn.simulate import typical_sensors, virtual_arm
@@ -30,7 +31,7 @@ GAP, PUSH = ("joint_backlash", 5), ("collision", 4)
 TRIALS = [
     Trial((), (), (), ()),
     Trial((GAP,), (), (), (), hidden=(GAP,)),
-    Trial((GAP,), (GAP,), (0.9,), (3.0,)),
+    Trial((GAP,), (GAP,), (0.9,), (3.0,), held=(True,)),
     Trial((PUSH,), (("collision", 5),), (0.7,), (1.0,)),
 ]
 
@@ -40,6 +41,7 @@ def test_what_no_motion_shows_is_told_apart_from_what_was_missed() -> None:
     assert told.startswith("kind and joint right in 1 of 2 findings; 1 of 3 faults found")
     assert "found (1 of the others do not show in their motion);" in told
     assert "0 of 1 healthy runs alarm" in told
+    assert told.endswith("; 1 of 1 onsets are within their 90 % intervals")
 
 
 def test_a_finding_is_right_if_kind_and_joint_are() -> None:
@@ -63,7 +65,9 @@ def test_a_row_of_table_3_is_what_came_of_its_kind() -> None:
 def test_a_trial_keeps_all_findings_in_the_order_of_alarm(monkeypatch: pytest.MonkeyPatch) -> None:
     alarms = {50.0: GAP, 31.0: GAP, 40.0: PUSH}
     found = [
-        SimpleNamespace(kind=kind, joint=joint, confidence=0.5, alarm_s=alarm)
+        SimpleNamespace(
+            kind=kind, joint=joint, confidence=0.5, alarm_s=alarm, onset_interval_s=(0.0, alarm)
+        )
         for alarm, (kind, joint) in alarms.items()
     ]
     report = SimpleNamespace(findings=found, document={"observability": {PROBED: []}})
@@ -72,7 +76,10 @@ def test_a_trial_keeps_all_findings_in_the_order_of_alarm(monkeypatch: pytest.Mo
     arm = load_arm("ur10e")
     (trial,) = trials(virtual_arm(arm, 0), None, typical_sensors(arm), 1, 0, ((),))
     assert trial.told == (GAP, PUSH, GAP)
-    assert trial.delays == (31.0 - ONSET, 40.0 - ONSET, 50.0 - ONSET)
+    onset = 31.0 - trial.delays[0]
+    assert ONSET < onset < ONSET + BLOCK
+    assert trial.delays == (31.0 - onset, 40.0 - onset, 50.0 - onset)
+    assert trial.held == (onset <= 31.0, True, True)
 
 
 def test_a_pair_of_kinds_may_befall_one_joint(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -101,9 +108,17 @@ def test_a_fault_is_found_by_the_first_finding_since_it_is_there() -> None:
     """What is told before, and again, is wrong: it counts as such, and hides no missed fault."""
     worn, swap = ("friction_increase", 2), ("sensor_fault", 2)
     done = [
-        Trial((GAP,), (GAP, GAP, GAP), (0.6, 0.9, 0.7), (-5.0, 3.0, 20.0)),
-        Trial((GAP,), (GAP,), (0.6,), (-5.0,)),
-        Trial((GAP, worn), (swap, worn, worn, PUSH), (0.6,) * 4, (-2.0, 1.0, 9.0, 12.0)),
+        Trial(
+            (GAP,), (GAP, GAP, GAP), (0.6, 0.9, 0.7), (-5.0, 3.0, 20.0), held=(False, True, True)
+        ),
+        Trial((GAP,), (GAP,), (0.6,), (-5.0,), held=(True,)),
+        Trial(
+            (GAP, worn),
+            (swap, worn, worn, PUSH),
+            (0.6,) * 4,
+            (-2.0, 1.0, 9.0, 12.0),
+            held=(True, False, True, True),
+        ),
     ]
     assert [t.right for t in done] == [False, False, False]
     assert [t.delay for t in done] == [3.0, None, 1.0]
@@ -128,3 +143,4 @@ def test_a_fault_is_found_by_the_first_finding_since_it_is_there() -> None:
         (NOTHING, swap[0]): 1,
     }
     assert summed(done, kinds).startswith("kind and joint right in 2 of 8 findings; 2 of 4 faults")
+    assert summed(done, kinds).endswith("; 1 of 2 onsets are within their 90 % intervals")

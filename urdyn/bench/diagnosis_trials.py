@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from urdyn.diagnose import diagnose
+from urdyn.diagnose.slow.slow import BLOCK
 from urdyn.identify import Fit, identify
 from urdyn.model.arm import load_arm
 from urdyn.report.bench.confusion import Kinds
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from urdyn.model.dynamics import Dynamics
     from urdyn.simulate import Sensors
 
-DURATION, ONSET, RATE = 90.0, 30.0, 100.0  # [s], [s], [Hz]
+DURATION, ONSET, RATE = 90.0, 30.0, 100.0  # [s], [s] earliest, within a block of it, [Hz]
 # One fault of each kind, large enough to be found in a minute; joints and times are filled in.
 FAULTS = {
     "friction_increase": "friction_increase:joint={j},onset={t},rate=0.4,shape=step",
@@ -65,6 +66,7 @@ class Trial:
     confidence: tuple[float, ...]  # [-] of each finding
     delays: tuple[float, ...]  # [s] from the onset to each finding's alarm; < 0: before the onset
     hidden: tuple[Fault, ...] = ()  # true faults that the motion cannot show
+    held: tuple[bool, ...] = ()  # whether each finding's interval holds the onset
 
     @property
     def found(self) -> dict[Fault, int]:
@@ -85,6 +87,11 @@ class Trial:
     def delay(self) -> float | None:
         """Time until a fault was found [s]; None: none was."""
         return min((self.delays[place] for place in self.found.values()), default=None)
+
+    @property
+    def timed(self) -> list[bool]:
+        """For each fault found, whether its interval holds the onset."""
+        return [self.held[place] for place in self.found.values()]
 
     @property
     def right(self) -> bool:
@@ -114,11 +121,11 @@ def trials(
 def _trial(
     dynamics: Dynamics, fit: Fit, sensors: Sensors, kinds: tuple[str, ...], rng: np.random.Generator
 ) -> Trial:
-    joints = rng.permutation(dynamics.arm.joints)
+    joints, onset = rng.permutation(dynamics.arm.joints), ONSET + rng.uniform(0.0, BLOCK)
     texts, truth = [], []
     for alike, joint in zip(kinds, joints, strict=False):
         for kind in alike.split("+"):
-            text, where = _fault(kind, int(joint), rng)
+            text, where = _fault(kind, int(joint), onset, rng)
             texts.append(text)
             truth.append((kind, where))
     faults = tuple(parse_fault(text, dynamics.arm.joints) for text in texts)
@@ -130,20 +137,22 @@ def _trial(
     findings = sorted(report.findings, key=lambda f: f.alarm_s)
     told = tuple((f.kind, f.joint) for f in findings)
     sure = tuple(float(f.confidence) for f in findings)
-    delays = tuple(float(f.alarm_s) - ONSET for f in findings)
+    delays = tuple(float(f.alarm_s) - onset for f in findings)
+    began = [f.onset_interval_s for f in findings]
+    held = tuple(bool(first <= onset <= last) for first, last in began)
     gears = report.document["observability"][PROBED]
     blind = [(PROBED, row["joint"]) for row in gears if not row["observable"]]
     hidden = tuple(fault for fault in truth if fault in blind)
-    return Trial(tuple(truth), told, sure, delays, hidden)
+    return Trial(tuple(truth), told, sure, delays, hidden, held)
 
 
-def _fault(kind: str, joint: int, rng: np.random.Generator) -> tuple[str, int | None]:
+def _fault(kind: str, joint: int, onset: float, rng: np.random.Generator) -> tuple[str, int | None]:
     """A fault as `urdyn simulate` takes it, and the joint that is to be reported."""
     force = rng.standard_normal(3)
     force *= rng.uniform(80.0, 200.0) / np.linalg.norm(force)
     link, gravity = int(rng.integers(3, 6)), int(rng.integers(1, 3))
     text = FAULTS[kind].format(
-        j=joint, l=link, g=gravity, t=ONSET,
+        j=joint, l=link, g=gravity, t=onset,
         m=f"{rng.uniform(0.5, 3.0):.2f}",
         f="/".join(f"{x:.1f}" for x in force),
         mode=rng.choice(["stuck", "biased", "noisy", "dropped"]),

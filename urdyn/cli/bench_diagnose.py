@@ -65,12 +65,14 @@ def _figures(done: list[Trial], kinds: Kinds) -> dict[str, Any]:
     """What the trials come to, for JSON."""
     from urdyn.bench.diagnosis_trials import named, reliability
 
+    timed = [held for t in done for held in t.timed]
     delays = [t.delay for t in done if len(t.truth) == 1 and t.right and t.delay is not None]
     return {
         "findings": kinds.findings,
         "right": kinds.right,
         "named": named(done),
         "median_delay_s": float(np.median(delays)) if delays else None,
+        "onsets": {"found": len(timed), "held": sum(timed)},
         "reliability": [
             {"confidence": confidence, "right": share, "findings": n}
             for confidence, share, n in reliability(done)

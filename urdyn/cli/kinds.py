@@ -65,7 +65,12 @@ def as_counts(kinds: Kinds) -> dict[str, Any]:
 def summed(done: list[Trial], kinds: Kinds) -> str:
     """The results, in a line."""
     named = f"kind and joint right in {kinds.right} of {kinds.findings} findings"
-    return f"{named}; {_missed(done)}"
+    return f"{named}; {_missed(done)}; {_timed(done)}"
+
+
+def _timed(done: list[Trial]) -> str:
+    timed = [held for t in done for held in t.timed]
+    return f"{sum(timed)} of {len(timed)} onsets are within their 90 % intervals"
 
 
 def _missed(done: list[Trial]) -> str:
