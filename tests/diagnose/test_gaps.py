@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from shop import Shop
 
 from urdyn.diagnose import Report, diagnose
-from urdyn.diagnose.fast.backlash import HALF, Backlash, _forgotten
+from urdyn.diagnose.fast.backlash import HALF, Backlash, _forgotten, _unseen, _weighed
 from urdyn.diagnose.fast.crossing import Crossing
 from urdyn.diagnose.fast.flight import KNOWN, Beside, Flight, _strikes
 from urdyn.diagnose.kinds.rules_file import read_rules
@@ -232,6 +232,21 @@ def test_what_a_neighbours_gap_jolts_is_no_gap_of_its_own(shop: Shop) -> None:
     assert np.allclose(tester._own(likely, 1, llr, both), llr, atol=1e-3)
     # Where neither is likely yet, either may be: some chance has made neighbours likelier.
     assert np.allclose(tester._own(known({1: 3.0}), 2, llr, both), llr, atol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("said", "since"),
+    [([-5.0, 0.0, 0.0, 8.0, 8.0], 0), ([-5.0, -0.8, -0.8, 8.0, 8.0], 0), ([-5.0, -5.0, 8.0], 1),
+     ([-5.0, 0.0, -5.0, 8.0, -0.8, 8.0], 2)],
+)  # fmt: skip
+def test_a_gap_may_have_opened_since_the_last_reversal_that_said_there_was_none(
+    shop: Shop, said: list[float], since: int
+) -> None:
+    state = Backlash(space(shop.fit), 0.002, read_rules().fast.joint_backlash).init()
+    for k, each in enumerate(said):
+        llr = np.full(len(HALF), each)
+        state = _weighed(state, 1, llr, np.ones_like(llr), float(k))
+    assert _unseen(state, 1) == since
 
 
 def test_a_load_that_turns_over_while_its_joint_swings_tells_of_no_gap(shop: Shop) -> None:

@@ -20,7 +20,7 @@ import numpy as np
 from urdyn.diagnose.fast.crossing import BEFORE, GAPS, LONGEST, Crossing
 from urdyn.diagnose.fast.flight import FLIGHTS, LONG, REACH, Flight
 from urdyn.diagnose.fast.oscillation import HEARD
-from urdyn.diagnose.fast.recurring import Recurred, Recurring
+from urdyn.diagnose.fast.recurring import SURELY, Recurred, Recurring
 from urdyn.diagnose.fast.recurring import at_first as none_recurred
 from urdyn.diagnose.kinds.event import Event
 from urdyn.diagnose.kinds.fast_rules import BacklashRule
@@ -31,6 +31,7 @@ from urdyn.tracking.step.joint_motion import STANDING
 from urdyn.types import Array, Mask
 
 HALF = np.concatenate([GAPS, FLIGHTS])  # [rad] half gaps tested for
+LAST = 128  # reversals kept: of a gap found by more it is not known when it opened
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +44,8 @@ class Reversals:
     shown: Array  # (J, gaps) [nats] expected from each gap, had it been there
     count: Array  # (J,) reversals judged
     since: Array  # (J, gaps) [s] when it began to grow; NaN: it does not
-    before: Array  # (J, gaps) [s] the last reversal against it; NaN: none
+    t: Array  # (J, LAST) [s] the latest reversals, the last last; NaN: none
+    each: Array  # (J, gaps, LAST) [nats] their evidence; -inf: none
     number: Array  # (J, gaps) reversals since then
     told: Mask  # (J,)
     slid: Array  # (J,) [s] in motion
@@ -95,7 +97,8 @@ class Backlash:
             shown=none,
             count=nothing,
             since=nan,
-            before=nan,
+            t=np.full((J, LAST), np.nan),
+            each=np.full((*never.shape, LAST), -np.inf),
             number=none,
             told=np.zeros(J, dtype=bool),
             slid=nothing,
@@ -233,7 +236,7 @@ class Backlash:
             alarm=now,
             size=gap,
             evidence=said,
-            unseen=float(np.fmax(state.before[j, best], state.recurred.begun)),
+            unseen=_unseen(state, j),
         )
 
 
@@ -248,13 +251,13 @@ def _weighed(state: Reversals, j: int, llr: Array, shown: Array, t: float) -> Re
     R, total, told = state.R.copy(), state.llr.copy(), state.shown.copy()
     told[j] += shown
     count, number, since = state.count.copy(), state.number.copy(), state.since.copy()
-    before = state.before.copy()
+    at, each = state.t.copy(), state.each.copy()
     R[j] = np.logaddexp(R[j], 0.0) + llr
     fresh = total[j] + llr <= 0.0
     total[j] = np.where(fresh, 0.0, total[j] + llr)
     number[j] = np.where(fresh, 0.0, number[j] + (shown > 0.0))
     since[j] = np.where(fresh, np.nan, np.where(np.isnan(since[j]), t, since[j]))
-    before[j] = np.where(fresh, t, before[j])
+    at[j], each[j] = np.append(at[j, 1:], t), np.append(each[j, :, 1:], llr[:, None], axis=1)
     count[j] += 1.0
     return replace(
         state,
@@ -264,8 +267,22 @@ def _weighed(state: Reversals, j: int, llr: Array, shown: Array, t: float) -> Re
         count=count,
         number=number,
         since=since,
-        before=before,
+        t=at,
+        each=each,
     )
+
+
+def _unseen(state: Reversals, j: int) -> float:
+    """The reversal after which a gap of joint j opened as good as surely [s].
+
+    Most reversals say little against a wide gap: as likely as the first one that shows it is any
+    before it with the same sum of evidence since then.
+    """
+    since = np.logaddexp.reduce(np.cumsum(state.each[j, :, ::-1], axis=1), axis=0)  # latest first
+    share = np.cumsum(np.exp(since - np.logaddexp.reduce(since)))
+    first = min(int(np.searchsorted(share, SURELY)), LAST - 1)
+    begun = state.recurred.begun
+    return float(np.fmax(np.append(begun, state.t[j])[-2 - first], begun))
 
 
 def _during(swung: Array, t: Array) -> Mask:
@@ -280,6 +297,7 @@ def _forgotten(state: Reversals, swung: Array) -> Reversals:
     return replace(
         state,
         recurred=replace(state.recurred, t=t),
+        each=np.where(_during(swung[:, :, None], state.t)[:, None], 0.0, state.each),
         R=np.where(of, -np.inf, state.R),
         llr=np.where(of, 0.0, state.llr),
         number=np.where(of, 0.0, state.number),
