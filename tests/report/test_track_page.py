@@ -30,6 +30,8 @@ from urdyn.report.track.history import History, Series
 from urdyn.report.track.page import track_page
 from urdyn.report.track.surprise import surprise, surprises
 from urdyn.report.track.trace import POINTS, trend
+from urdyn.signal import UNSET
+from urdyn.tracking.belief.payload_setting import Setting, compared
 
 PLOT = re.compile(
     r'<div class="plot".*?</div>\s*<script type="application/json">(.*?)</script>', re.S
@@ -176,7 +178,7 @@ def test_a_payload_that_the_motion_does_not_tell_is_no_headline(quiet):
     ],
 )
 def test_the_payload_is_held_against_what_the_controller_is_set_to(quiet, off, known, words):
-    setting = {"mass_kg": 0.5, "com_m": [None] * 3, "tool_known": known, "off_kg": off}
+    setting = compared(Setting(np.r_[0.5, UNSET[1:]]), 2.0, 1.0, known, False) | {"off_kg": off}
     said = headline(track_page(History((quiet,)), summary(payload_setting=setting))).replace(
         "\u00a0", " "
     )

@@ -33,8 +33,8 @@ from urdyn.simulate import (
     virtual_arm,
 )
 from urdyn.tracking import Tracker, open_source, run
+from urdyn.tracking.belief.payload_holds import LEAST
 from urdyn.tracking.belief.payload_setting import (
-    LEAST,
     STOOD,
     Setting,
     agrees,
@@ -191,7 +191,9 @@ def test_a_controller_that_is_set_to_the_load_knows_it_whether_or_not_a_tool_was
 
 def test_a_recording_tracked_in_one_call_tells_the_setting_too():
     went = in_one_call()
-    assert went.payload_setting["off_kg"] == went["payload.mass"][-1] - 0.5 > 2.0
+    setting = went.payload_setting
+    assert setting["off_kg"] == went["payload.mass"][-1] - 0.5 > 2.0
+    assert setting["holds"]["too_little"]["holds"] == 1
     assert (
         track(tooled(True)[1], set_to(picked().slice(0, 50), None), EKF()).payload_setting is None
     )
@@ -260,6 +262,7 @@ def test_a_run_that_goes_on_says_of_the_setting_what_it_would_have(tmp_path):
         run(Tracker(tooled(True)[1], EKF(), source.period), source, tmp_path / "out")
     assert tracked(log, True, tmp_path)["payload_setting"] == whole
     assert whole["off_kg"] is not None
+    assert whole["holds"]["too_little"]["holds"] == 2  # the tool, then with the piece
 
 
 def test_who_watches_is_shown_friction_as_identification_prints_it():

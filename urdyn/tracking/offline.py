@@ -84,7 +84,9 @@ def track(
     tracker = tracker_of(twin, log, filter)
     of, every = quantities(tracker.fit, tracker.currents), spacing(tracker.period)
     state, first = tracker.init(), tracker.model.prior.mean
-    shown, setting = nothing_yet(tracker.currents.reference.arm.joints), Setting()
+    load = of.names.index("payload.mass")
+    shown = nothing_yet(tracker.currents.reference.arm.joints)
+    setting = Setting(tool=float(tracker.fit.dynamics.payload[0]))
     t, means, sds, surprises = [], [], [], []
     with threadpool_limits(1):  # the matrices are small: threads would wait for one another
         for k, sample in enumerate(samples(log), 1):
@@ -95,6 +97,10 @@ def track(
             shown = after(shown, reading, of, first, k % every == every // 2)
             if k % every == 0 or reading.widened:
                 mean, sd = of.of(reading.belief, reading.beside)
+                known = weighed(reading.belief, tracker.currents)
+                known = known and not state.rest.just(reading.t)
+                now = float(mean[load]), float(sd[load])
+                setting = setting.beside(*now, known, reading.unknown)
                 t.append(reading.t)
                 means.append(mean)
                 sds.append(sd)

@@ -22,7 +22,8 @@ from urdyn.io.helper import Helper
 from urdyn.io.rss import peak_rss
 from urdyn.model.whose import require_own
 from urdyn.tracking.belief import beliefs, interest
-from urdyn.tracking.belief.payload_setting import agrees, at_the_end
+from urdyn.tracking.belief.payload_holds import Hold, Holds
+from urdyn.tracking.belief.payload_setting import Setting, agrees, at_the_end
 from urdyn.tracking.belief.physical import Quantities, quantities, weighed
 from urdyn.tracking.belief.reading import Reading
 from urdyn.tracking.modes import mode_of
@@ -99,7 +100,13 @@ def run(
             "network": repr(tracker.network),  # to the last digit of its coefficients
             **_settings(tracker),
         }
-        start = Checkpoint(tracker.init(), interest.nothing_yet(joints), no_losses(joints))
+        tool = float(tracker.fit.dynamics.payload[0])
+        start = Checkpoint(
+            state=tracker.init(),
+            interest=interest.nothing_yet(joints),
+            losses=no_losses(joints),
+            setting=Setting(tool=tool),
+        )
         with writing_parts(out):
             begun = checkpoint.load(start, identity, out)
             drop_others(out, begun.parts)
@@ -217,7 +224,7 @@ class _Run(Generic[S]):
             self.pace.take(delay if self.source.live else done)
             if reading is not None:
                 newest = self._show(at, reading, delay, begun)
-                at = self._gathered(at, reading)
+                at = self._held(self._gathered(at, reading), newest)
             due = due or at.index % part == 0
             # A robot does not wait for the disk or the observer: its next checkpoint does.
             if due and (self.keeper.settled or not self.source.live):
@@ -244,7 +251,9 @@ class _Run(Generic[S]):
         """
         told, arm = final(self.tracker, self.quantities, at), self.tracker.fit.dynamics.arm
         known = weighed(self.tracker.believed(at.state), self.tracker.currents)
-        known = known and not ill_sensors(found)
+        setting = at.setting
+        if ill_sensors(found):
+            known, setting = False, replace(setting, hold=Hold(), holds=Holds())
         return Summary(
             robot=arm.name,
             samples=at.index,
@@ -261,7 +270,7 @@ class _Run(Generic[S]):
             quality=quality(self.tracker, self.source, at),
             payload_changes=changes,
             payload_known=known,
-            payload_setting=at_the_end(at.setting, told, self.quantities.whole, known),
+            payload_setting=at_the_end(setting, told, self.quantities.whole, known),
         )
 
     def _step(
@@ -353,6 +362,16 @@ class _Run(Generic[S]):
         due = at.index % every == every // 2  # between two rows, so that no sample does both
         found = interest.after(at.interest, reading, self.quantities, commissioned, due)
         return at if found is at.interest else replace(at, interest=found)
+
+    def _held(self, at: Checkpoint[S], shown: RunProgress) -> Checkpoint[S]:
+        """With what is carried compared with the controller's setting, at rows of the history."""
+        if not shown.row:
+            return at
+        load = self.quantities.names.index("payload.mass")
+        known = weighed(shown.reading.belief, self.tracker.currents)
+        known = known and not at.state.rest.just(shown.reading.t)
+        now = float(shown.mean[load]), float(shown.sd[load])
+        return replace(at, setting=at.setting.beside(*now, known, shown.reading.unknown))
 
     def _finish(self, at: Checkpoint[S]) -> list[float]:
         """Write the whole history; returns when the payload was taken to have changed [s].

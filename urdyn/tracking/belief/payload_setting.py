@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,15 +11,13 @@ import numpy as np
 from urdyn.io.plain import plain
 from urdyn.model.body import centre_of_mass
 from urdyn.signal import UNSET
+from urdyn.tracking.belief.payload_holds import Hold, Holds, tolerance
 from urdyn.tracking.belief.physical import KNOWN
 from urdyn.types import Array
 
 # [s] of motion for which a setting must have stood before it is called wrong: a program sets it
 # just before or after its gripper closes, and the piece must be weighed first.
 STOOD = 5.0
-# [sd] wider than the reported 90 % interval, which would call 1 of 10 looks wrong all day.
-SURE = 3.0
-LEAST = 0.1  # [kg] that matters to a controller
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +27,9 @@ class Setting:
     # (4,) mass [kg] and its centre in the flange's axes [m]; NaN: not reported
     payload: Array = field(default_factory=lambda: UNSET)
     stood: float = 0.0  # [s] of motion since that mass was set
+    hold: Hold = field(default_factory=Hold)  # that lasts
+    holds: Holds = field(default_factory=Holds)  # before it
+    tool: float = 0.0  # [kg] that every hold includes; 0: not named
 
     @property
     def mass(self) -> float:
@@ -40,7 +41,28 @@ class Setting:
         mass = float(told[0])
         if mass != mass:
             return self
-        return Setting(told, self.stood + moved if mass == self.mass else 0.0)
+        if mass != self.mass:
+            return replace(self.released(), payload=told, stood=0.0)
+        hold = replace(self.hold, lasted=self.hold.lasted + moved)
+        return replace(self, payload=told, stood=self.stood + moved, hold=hold)
+
+    def beside(self, mass: float, sd: float, known: bool, another: bool) -> Setting:
+        """Updated by what is carried, mass and sd [kg].
+
+        Args:
+            known: the motion has told it, also since the arm last set off: until another load is
+                found, one that the arm has just picked up may be known already.
+            another: another load was found.
+        """
+        if another:
+            return self.released()
+        return replace(self, hold=self.hold.seen(mass, sd)) if known else self
+
+    def released(self) -> Setting:
+        """With a hold ended."""
+        if np.isinf(self.hold.sd) or self.mass != self.mass:
+            return replace(self, hold=Hold())
+        return replace(self, hold=Hold(), holds=self.holds.after(self.hold, self.mass, self.tool))
 
 
 def settable(load: Array) -> tuple[float, Array]:
@@ -49,11 +71,6 @@ def settable(load: Array) -> tuple[float, Array]:
     The mass is at least 0; without a noticeable mass, its centre is the flange.
     """
     return max(float(load[0]), 0.0), np.nan_to_num(centre_of_mass(load))
-
-
-def tolerance(sd: float) -> float:
-    """Largest accepted error of a setting against a mass known to this sd, both in kg."""
-    return max(SURE * sd, LEAST)
 
 
 def agrees(setting: Setting, final: Mapping[str, Any]) -> bool:
@@ -77,6 +94,7 @@ def compared(
     `off_kg` is how much more is carried than the controller assumes, None where it may be 0. Where
     the twin's last link contains a tool that was not named, the controller's payload includes it
     and the tracked mass does not: only too small a setting shows, and `off_kg` is a lower bound.
+    `holds` compares all holds so far, this one included.
 
     Args:
         mass: the tracked mass [kg].
@@ -93,6 +111,7 @@ def compared(
         "com_m": [plain(x) for x in setting.payload[1:]],
         "tool_known": whole,
         "off_kg": plain(off) if sure else None,
+        "holds": setting.released().holds.plain(whole),
     }
 
 
