@@ -33,7 +33,8 @@ QUANTITIES = {
         }
         for name in JOINTS
     ],
-    "payload_margin_kg": {"value": 3.0, "sd": 0.1}, "energy_J": 900.0, "friction_J": 300.0,
+    "payload_margin_kg": {"value": 3.0, "sd": 0.1, "by": "torque"},
+    "torque_payload_margin_kg": {"value": 3.0, "sd": 0.1}, "energy_J": 900.0, "friction_J": 300.0,
 }  # fmt: skip
 
 

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from urdyn.estimate import EKF
+from urdyn.model.arm import load_arm, read_arm
+from urdyn.report.track.interest import interest
 from urdyn.signal import samples
 from urdyn.tracking import Tracker
 from urdyn.tracking.belief.interest import after, as_plain, gathered, nothing_yet, strained
 from urdyn.tracking.belief.physical import KNOWN, quantities
+from urdyn.tracking.belief.spare_payload import rest_of
 from urdyn.types import NORMAL90, Gaussian
 
 
@@ -216,6 +219,40 @@ def test_a_run_without_a_reading_says_so():
     of = as_plain(nothing_yet(2), ("one", "two"))
     assert of["payload_margin_kg"]["value"] is None
     assert of["joints"][0]["rre_percent"] is None and of["joints"][0]["rmse_A"] is None
+
+
+@pytest.mark.parametrize(
+    ("rest", "by", "least"),
+    [
+        (8.0, "rating", 8.0),
+        (-1.0, "rating", -1.0),
+        (30.0, "torque", 27.0),
+        (np.inf, "torque", 27.0),
+    ],
+)
+def test_the_payload_margin_ends_at_the_rating_where_drives_could_bear_more(rest, by, least):
+    shown = replace(nothing_yet(2), spare=27.0, spare_sd=0.5)
+    of = as_plain(shown, ("one", "two"), (rest, 0.1))
+    sd = 0.1 if by == "rating" else 0.5
+    assert of["payload_margin_kg"] == {"value": least, "sd": sd, "by": by}
+    assert of["torque_payload_margin_kg"] == {"value": 27.0, "sd": 0.5}
+    said = str(interest(of))
+    words = (
+        "than it is rated for" if least < 0.0 else "By its rating" if by == "rating" else "joints"
+    )
+    assert words in said
+
+
+def test_a_rating_leaves_what_is_not_carried_of_it():
+    load = {"payload.mass": {"mean": 7.7, "sd": 0.2}}
+    arm = load_arm("ur16e")
+    assert rest_of(arm, load) == (pytest.approx(8.3), 0.2)
+    longer = (
+        load_arm("ur5e")
+        .urdf.replace("-0.425 0 0", "-0.625 0 0")
+        .replace('name="ur5e"', 'name="own"')
+    )
+    assert rest_of(read_arm(longer), load)[0] == np.inf
 
 
 def workshop_names(tracker):

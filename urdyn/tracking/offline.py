@@ -19,6 +19,7 @@ from urdyn.signal.stretches import median_step
 from urdyn.tracking.belief.interest import Interest, after, as_plain, nothing_yet
 from urdyn.tracking.belief.payload_setting import Setting, agrees, at_the_end
 from urdyn.tracking.belief.physical import quantities, weighed
+from urdyn.tracking.belief.spare_payload import rest_of
 from urdyn.tracking.output.history_row import spacing
 from urdyn.tracking.sources.source import Arrival, Source
 from urdyn.tracking.step.tracker import Tracker
@@ -40,7 +41,9 @@ class Tracked(Track):
     @property
     def quantities(self) -> dict[str, Any]:
         """Margins, power and predictive error, joint by joint, as `urdyn track --json` has them."""
-        return as_plain(self.shown, self.tracker.fit.dynamics.arm.joint_names)
+        arm = self.tracker.fit.dynamics.arm
+        rest = rest_of(arm, self._load)
+        return as_plain(self.shown, arm.joint_names, rest)
 
     @property
     def payload_setting(self) -> dict[str, Any] | None:

@@ -26,6 +26,7 @@ from urdyn.tracking.belief.payload_holds import Hold, Holds
 from urdyn.tracking.belief.payload_setting import Setting, agrees, at_the_end
 from urdyn.tracking.belief.physical import Quantities, quantities, weighed
 from urdyn.tracking.belief.reading import Reading
+from urdyn.tracking.belief.spare_payload import rest_of
 from urdyn.tracking.modes import mode_of
 from urdyn.tracking.output import checkpoint
 from urdyn.tracking.output.checkpoint import Checkpoint
@@ -266,7 +267,7 @@ class _Run(Generic[S]):
             filter=type(self.tracker.filter).__name__,
             mode=mode_of(self.tracker.filter),
             final=told,
-            quantities=interest.as_plain(at.interest, arm.joint_names),
+            quantities=interest.as_plain(at.interest, arm.joint_names, rest_of(arm, told)),
             quality=quality(self.tracker, self.source, at),
             payload_changes=changes,
             payload_known=known,

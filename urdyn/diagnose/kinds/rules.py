@@ -11,7 +11,7 @@ from urdyn.diagnose.kinds.fast_rules import FastRules, Levels, levels_of
 from urdyn.diagnose.residual.space import Space
 from urdyn.faults.decision import Costs
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.ur_type import ur_type
+from urdyn.model.rated_payload import rated_payload
 from urdyn.types import Array
 
 JOINT_STATES = ("f", "alpha", "beta", "z", "k", "o", "rotor")
@@ -106,9 +106,7 @@ class Rules:
 
     def slow_of(self, dynamics: Dynamics) -> tuple[SlowKind, ...]:
         """The slow kinds for an arm: a payload above its rating is critical."""
-        arm = dynamics.arm
-        rated = self.rated.get(arm.name, self.rated.get(ur_type(arm), np.inf))
-        left = rated - float(dynamics.payload[0])
+        left = rated_payload(dynamics.arm, self.rated) - float(dynamics.payload[0])
         return tuple(
             replace(kind, critical=max(left, kind.warning)) if np.isinf(kind.critical) else kind
             for kind in self.slow

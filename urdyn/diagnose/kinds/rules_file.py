@@ -20,6 +20,7 @@ from urdyn.diagnose.kinds.rules import (
 from urdyn.errors import InputError
 from urdyn.faults.decision import Costs
 from urdyn.io.document import load_toml
+from urdyn.model.rated_payload import RATED
 
 LEVELS = ("least", "warning", "critical")
 UNITS = {"k": "rad", "o": "of Coulomb friction", "mass": "kg"}  # of a state's change; else relative
@@ -68,7 +69,7 @@ def read_rules(path: str | Path | None = None) -> Rules:
     Raises:
         InputError: it is no rules file; says where and why.
     """
-    house = load_toml(Path(__file__).with_name("rules.toml"))
+    house = load_toml(Path(__file__).with_name("rules.toml")) | {"rated": dict(RATED)}
     if path is None:
         return _rules(house, "rules.toml")
     own = load_toml(path)

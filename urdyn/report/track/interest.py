@@ -30,16 +30,29 @@ def interest(quantities: Mapping[str, Any]) -> Html:
         "brakes, so it may take more than the drive gave. "
         "Prediction error: r.m.s. error of the current by the model as it was tracked, relative to "
         "the current; beside it that of the model as commissioned.",
-        paragraph(_carries(quantities["payload_margin_kg"])),
+        paragraph(_carries(quantities)),
         table(HEAD, [_row(joint) for joint in quantities["joints"]]),
     )
 
 
-def _carries(margin: Mapping[str, float | None]) -> str:
-    value, sd = margin["value"], margin["sd"]
-    if value is None or sd is None:
+def _carries(quantities: Mapping[str, Any]) -> str:
+    """What more the arm could carry, and whether its joints or its rating end it."""
+    margin, torque = quantities["payload_margin_kg"], _more(quantities["torque_payload_margin_kg"])
+    joints = f"On these motions the joints could carry {torque} kg more"
+    if margin["by"] is None:
         return "No motion has shown yet what more the arm could carry."
-    return f"On these motions the joints could carry {interval90(value, sd)} kg more."
+    if margin["by"] == "torque":
+        return f"{joints}."
+    if margin["value"] < 0.0:
+        over = interval90(-margin["value"], margin["sd"])
+        return f"The arm carries {over} kg more than it is rated for."
+    beyond = f" {joints}, which its maker does not allow." if torque else ""
+    return f"By its rating the arm may carry {_more(margin)} kg more.{beyond}"
+
+
+def _more(margin: Mapping[str, float | None]) -> str:
+    value, sd = margin["value"], margin["sd"]
+    return "" if value is None or sd is None else interval90(value, sd)
 
 
 def _row(joint: Mapping[str, Any]) -> list[Html]:

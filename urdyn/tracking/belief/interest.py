@@ -127,8 +127,15 @@ def gathered(so_far: Interest, reading: Reading, of: Quantities, commissioned: A
     )
 
 
-def as_plain(interest: Interest, joint_names: tuple[str, ...]) -> dict[str, Any]:
-    """The quantities in plain numbers, as `urdyn track` prints them."""
+def as_plain(
+    interest: Interest, joint_names: tuple[str, ...], rest: tuple[float, float] = (np.inf, 0.0)
+) -> dict[str, Any]:
+    """The quantities in plain numbers, as `urdyn track` prints them.
+
+    Args:
+        rest: what the arm's rating leaves beside its load, and its sd [kg]; less than 0 where it
+            is overloaded.
+    """
     residual, before, current = interest.squares
     n = np.where(interest.samples > 0, interest.samples, np.nan)
     seconds = max(interest.seconds, 1e-9)
@@ -146,12 +153,29 @@ def as_plain(interest: Interest, joint_names: tuple[str, ...]) -> dict[str, Any]
         {"name": name} | {key: plain(row[j]) for key, row in rows.items()}
         for j, name in enumerate(joint_names)
     ]
+    torque = _margin(interest.spare, interest.spare_sd)
     return {
         "joints": joints,
-        "payload_margin_kg": {"value": plain(interest.spare), "sd": plain(interest.spare_sd)},
+        "payload_margin_kg": _least(torque, _margin(*rest)),
+        "torque_payload_margin_kg": torque,
         "energy_J": float(interest.work.sum()),
         "friction_J": float(interest.lost.sum()),
     }
+
+
+def _margin(value: float, sd: float) -> dict[str, Any]:
+    return {"value": plain(value), "sd": plain(sd)}
+
+
+def _least(torque: dict[str, Any], rating: dict[str, Any]) -> dict[str, Any]:
+    """The smaller of two margins, and `by` which of them it is; None where neither is known."""
+    told = {
+        name: m for name, m in (("torque", torque), ("rating", rating)) if m["value"] is not None
+    }
+    if not told:
+        return torque | {"by": None}
+    by = min(told, key=lambda name: told[name]["value"])
+    return told[by] | {"by": by}
 
 
 def _doubt(reading: Reading, currents: RobotCurrents) -> Array:

@@ -11,10 +11,25 @@ may be nothing.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
+from urdyn.model.arm import Arm
+from urdyn.model.rated_payload import rated_payload
 from urdyn.tracking.belief.physical import PAYLOAD, Quantities
 from urdyn.tracking.belief.reading import Reading
+
+
+def rest_of(arm: Arm, final: Mapping[str, Any]) -> tuple[float, float]:
+    """What an arm's rating leaves beside its load, and its sd [kg]; inf where it has none.
+
+    Args:
+        final: quantities as in a summary.
+    """
+    load = final["payload.mass"]
+    return rated_payload(arm) - load["mean"], load["sd"]
 
 
 def spare_payload(reading: Reading, of: Quantities) -> tuple[float, float]:
