@@ -153,7 +153,7 @@ def grown(old: Finding, suspect: Suspect, series: Series, now: float, strays: fl
     text = _said(kind, old.name, size, unsure, since, at)
     gone, level = _gone(suspect, told), severity(suspect.grown(size), kind.warning, kind.critical)
     held = SEVERITIES[0] if gone else _held(old.severity, suspect.grown(size), sd, kind)
-    still = f", not surely below {held}" if held != level else ""
+    still = f", and may still be at the {held} level" if held != level else ""
     new = replace(
         old,
         size=size,
