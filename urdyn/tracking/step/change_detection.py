@@ -152,7 +152,7 @@ class ChangeDetector(Generic[S]):
             belief=belief,
             mean=mean if assumed is None else self.carrying(mean, assumed),
             payload=payload,
-            load=self._load(state, change, phase, payload),
+            load=self._load(state, start, change, phase, payload),
         )
 
     def updated_load(self, hypothesis: Hypothesis[S], belief: S, moving: bool) -> PayloadHypotheses:
@@ -186,6 +186,16 @@ class ChangeDetector(Generic[S]):
         due = shown or (state.past.due(t) and np.isinf(state.rest.left))
         return significant(state.payload, *self._payload(belief)) if due else state.payload
 
+    def first_weighed(self, state: TrackerState[S], phase: HandlingPhase) -> bool:
+        """Whether the arm sets off with a load that it knows, and did not at the rollback point.
+
+        Rolled back to that point, it would not know that what it carries now is another.
+        """
+        if not phase.sets_off:
+            return False
+        before, now = self._payload(state.past.rollback.belief), self._payload(state.belief)
+        return bool(now[1][0] < KNOWN < before[1][0])
+
     def _phase(self, state: TrackerState[S], t: float, moving: bool) -> HandlingPhase:
         """The phase of the program at t [s]."""
         rest, implausible = state.rest, state.implausible
@@ -204,6 +214,7 @@ class ChangeDetector(Generic[S]):
     def _load(
         self,
         state: TrackerState[S],
+        start: TrackerState[S],
         change: AbruptChange | None,
         phase: HandlingPhase,
         payload: Array,
@@ -215,7 +226,9 @@ class ChangeDetector(Generic[S]):
         weighed = change is not None and change.weighed
         # Evidence soon after a change was reported is of the same change.
         told = weighed or (before.told and not phase.sets_off and state.rest.just(state.t))
-        return self.payload_belief.begun(state, payload, 0.0 if weighed else CHANGE, told)
+        # Just after a rest, the change is told against what was carried before it.
+        since = start if change is not None and not weighed and state.rest.just(state.t) else state
+        return self.payload_belief.begun(since, payload, 0.0 if weighed else CHANGE, told)
 
     def _detected(
         self, state: TrackerState[S], t: float, mean: Array, phase: HandlingPhase
@@ -225,7 +238,10 @@ class ChangeDetector(Generic[S]):
         change, evidence = self._abrupt(state, t, mean) if looks else (None, state.evidence)
         if change is None and not phase.unknown:
             change = self._wore(state, t)
-        reported = change is not None or (looks and self._exchanged(state, t))
+        exchanged = looks and self._exchanged(state, t)
+        if change is None and exchanged and np.isinf(state.rest.left):
+            change = self._taken_for_light(state)
+        reported = change is not None or exchanged
         if change is None and phase.shown and not phase.unknown:
             change = self._another_load(state)
         if change is not None or phase.unknown:
@@ -281,6 +297,14 @@ class ChangeDetector(Generic[S]):
         return sought and exchanged(
             self._payload(state.past.rollback.belief), self._payload(state.belief)
         )
+
+    def _taken_for_light(self, state: TrackerState[S]) -> AbruptChange:
+        """Another payload since a rest, for which the belief had widened by a light piece only.
+
+        Drives took what a light piece does not explain: they continue from before the rest.
+        """
+        payload = significant(state.payload, *self._payload(state.belief))
+        return AbruptChange(payload, np.zeros(len(state.stuck), dtype=bool))
 
     def _another_load(self, state: TrackerState[S]) -> AbruptChange | None:
         """The payload carried since a rest, once known; all else continues from before the rest.

@@ -282,6 +282,7 @@ class Tracker(Generic[S]):
         since, payload = hypothesis.unknown_since(now.t), hypothesis.payload
         changes = hypothesis.detection.reported and hypothesis.change is not None
         compared = bool(np.count_nonzero(np.isfinite(currents.residual)))
+        first_weighed = self._detector.first_weighed(state, hypothesis.phase)
         if not hypothesis.resets:
             payload = self._detector.renewed(state, belief, now.t, hypothesis.phase.shown)
         return changed(
@@ -291,7 +292,7 @@ class Tracker(Generic[S]):
             t=now.t,
             waited=state.waited + motion.passed - currents.robust.span,
             joints=motion.end,
-            past=_past(state, update, noise),
+            past=_past(state, update, noise, first_weighed),
             evidence=accumulated(
                 hypothesis.detection.evidence,
                 currents.white,
@@ -355,7 +356,9 @@ class Tracker(Generic[S]):
         return np.concatenate([*means, []]), np.concatenate([*sds, []])
 
 
-def _past(state: TrackerState[S], update: _Update[S], noise: Colour) -> PastBeliefs[S]:
+def _past(
+    state: TrackerState[S], update: _Update[S], noise: Colour, first_weighed: bool
+) -> PastBeliefs[S]:
     """The earlier beliefs after an instant, by which the noise has this colour."""
     hypothesis, start = update.hypothesis, update.hypothesis.start
     now = update.now.t, state.passed, state.moved
@@ -363,6 +366,9 @@ def _past(state: TrackerState[S], update: _Update[S], noise: Colour) -> PastBeli
         changes = hypothesis.change is not None
         known = (update.belief, noise) if changes else (start.belief, start.colour)
         point = RollbackPoint(*known)
+        return start.past.marked_by(point, point, *now)
+    if first_weighed:
+        point = RollbackPoint(state.belief, state.colour)
         return start.past.marked_by(point, point, *now)
     if start.past.due(update.now.t):
         point = RollbackPoint(state.belief, state.colour)
