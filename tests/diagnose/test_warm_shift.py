@@ -57,6 +57,13 @@ def test_what_nobody_knows_of_warmth_is_its_first_derivative(shop: Shop) -> None
             np.testing.assert_allclose(D[at, 0], -w[0])
 
 
+def test_an_arm_that_comes_back_cold_is_cold_throughout_however_short_its_clock_says() -> None:
+    state = warmth.felt(warmth.unfelt(6), np.array([0.0]), np.full((1, 6), 40.0))
+    state = warmth.felt(state, np.array([60.0]), np.full((1, 6), 14.0))
+    assert abs(KAPPA * (state.lubricant - 14.0)).max() < 0.01
+    assert state.left.max() < 0.01  # what it was before is forgotten
+
+
 def test_widened_information_is_that_of_the_states_as_they_are_now() -> None:
     rng = np.random.default_rng(0)
     H, D = rng.standard_normal((9, 4)), rng.standard_normal((4, 3))

@@ -23,7 +23,7 @@ from urdyn.diagnose.residual.space import Space
 from urdyn.model.population import KAPPA
 from urdyn.signal.channels import mean_measured
 from urdyn.tracking.belief.model import LAG
-from urdyn.tracking.step.warmth import warmed
+from urdyn.tracking.step.warmth import at_least, warmed
 from urdyn.types import Array
 
 UNKNOWN = ("kappa", "lag", "start", "coulomb")  # of each joint, after the states of the space
@@ -54,7 +54,7 @@ def felt(warmth: Warmth, t: Array, temperature: Array) -> Warmth:
     """
     joint = mean_measured(temperature)
     dt = 0.0 if np.isnan(warmth.t) else max(float(t[-1]) - warmth.t, 0.0)
-    keep = np.exp(-dt / LAG)
+    keep = np.exp(-at_least(warmth.lubricant, joint, dt) / LAG)
     lubricant = warmed(warmth.lubricant, joint, dt)
     before = np.where(np.isnan(warmth.lubricant), lubricant, warmth.lubricant)
     behind = joint - 0.5 * (lubricant + before)
