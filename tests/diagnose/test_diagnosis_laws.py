@@ -41,7 +41,8 @@ from urdyn.diagnose.memory import Memory
 from urdyn.diagnose.offline import diagnose
 from urdyn.diagnose.residual.pace import BEAT, Pace
 from urdyn.diagnose.session import Session
-from urdyn.diagnose.slow.recall import Series
+from urdyn.diagnose.slow.onsets import Block
+from urdyn.diagnose.slow.recall import Recall, Series
 from urdyn.diagnose.state import Now, State
 from urdyn.errors import InputError
 from urdyn.io import writing
@@ -568,6 +569,48 @@ def test_a_severity_does_not_flicker_at_its_level(
     series = {k: [(10.0, size, sd)]}
     (told,) = up_to_date([warned], {k: suspect}, series, diagnosis.space, 12.5, {k: 0.0})
     assert (warned.severity, told.severity, told.size) == ("warning", now, size)
+
+
+@pytest.mark.parametrize(
+    ("onset", "pause", "since"),
+    [
+        (46.3, None, "since stamp 46.3 s"),
+        (46.3, (50.0, 110.0), "since stamp 46.3 s, or the pause before stamp 110.0 s"),
+        (80.0, (50.0, 110.0), "since the pause before stamp 110.0 s"),
+    ],
+)
+def test_a_change_that_may_have_come_in_a_pause_is_told_so(
+    shop: Shop, onset: float, pause: tuple[float, float] | None, since: str
+) -> None:
+    diagnosis = shop.diagnosis(shop.log(seconds=2.0))
+    of = diagnosis.slow.of
+    k = next(k for k, s in enumerate(of.each) if s.kind.name == "viscous_friction")
+    span = (32.9, 112.0)
+    change = Change(k, onset, span, span, 124.0, 0.99, 9.0, 0.2, 0.03, 0.0, 0.0, pause=pause)
+    found = of_change(change, of, diagnosis.space, diagnosis.rules, [])
+    series = {k: [(130.0, 0.19, 0.03)]}
+    (later,) = up_to_date([found], {k: of.each[k]}, series, diagnosis.space, 130.0, {k: 0.0})
+    for finding in (found, later):
+        assert since in finding.text
+        assert finding.pause_s == pause
+
+
+@pytest.mark.parametrize(
+    ("began", "pause"),
+    [
+        ((0.0, 9.0), None),
+        ((7.0, 30.0), (10.0, 70.0)),
+        ((80.0, 90.0), None),
+        ((0.0, 90.0), (10.0, 70.0)),
+    ],
+)
+def test_a_pause_is_as_long_as_a_restart_and_lies_where_a_change_may_have_begun(
+    began: tuple[float, float], pause: tuple[float, float] | None
+) -> None:
+    nothing = np.zeros((1, 1)), np.zeros(1)
+    begins = 0.0, 5.0, 70.0, 77.0, 82.0, 117.0  # rests of 60, 2 and 30 s
+    blocks = tuple(Block(t, t + 5.0, *nothing) for t in begins)
+    assert Recall(np.nan, np.zeros(1), np.eye(1), blocks).pause(*began) == pause
 
 
 def found_then(

@@ -39,7 +39,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
     rate, rate_sd = change.rate * per, change.rate_sd * abs(per)
     name, onset = _name(suspect, space), change.onset
     unsure = _unsure(suspect, size, sd)
-    text = _said(kind, name, size, unsure, _since(onset, change.began, change.older))
+    text = _said(kind, name, size, unsure, _since(onset, change.began, change.older, change.pause))
     return Finding(
         id=identity(suspect, space) + (f"@{onset:.1f}" if kind.of_tool else ""),
         kind=kind.finding_kind,
@@ -59,6 +59,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         advice=kind.advice,
         evidence=_evidence(change, of, rate, rate_sd, _read(suspect, trace)),
         older=change.older,
+        pause_s=change.pause,
     )
 
 
@@ -149,7 +150,7 @@ def grown(old: Finding, suspect: Suspect, series: Series, now: float, strays: fl
     if course and forecast:
         size, sd = course.size, course.size_sd
     unsure, at = _unsure(suspect, size, sd), f" at stamp {now:.1f} s," if forecast else ""
-    since = _since(old.onset_s, old.onset_interval_s, old.older)
+    since = _since(old.onset_s, old.onset_interval_s, old.older, old.pause_s)
     text = _said(kind, old.name, size, unsure, since, at)
     gone, level = _gone(suspect, told), severity(suspect.grown(size), kind.warning, kind.critical)
     held = SEVERITIES[0] if gone else _held(old.severity, suspect.grown(size), sd, kind)
@@ -253,6 +254,13 @@ def _likewise(kind: SlowKind) -> str:
     return f"; {kind.looks_like} looks the same" if kind.looks_like else ""
 
 
-def _since(onset: float, began: tuple[float, float], older: bool) -> str:
+def _since(
+    onset: float, began: tuple[float, float], older: bool, pause: tuple[float, float] | None
+) -> str:
     """Since when it is there; of one that may be older than the run, by when it was."""
-    return f"stamp {began[1]:.1f} s or before" if older else f"stamp {onset:.1f} s"
+    if older:
+        return f"stamp {began[1]:.1f} s or before"
+    if pause is None:
+        return f"stamp {onset:.1f} s"
+    resting = f"the pause before stamp {pause[1]:.1f} s"
+    return resting if pause[0] <= onset <= pause[1] else f"stamp {onset:.1f} s, or {resting}"

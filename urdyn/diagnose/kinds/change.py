@@ -39,6 +39,7 @@ class Change:
     detail: tuple[float, ...] = ()  # of a payload: mass, mx, my, mz
     rivals: tuple[tuple[int, float], ...] = ()  # other suspects and their shares
     older: bool = False  # it may be older than the run
+    pause: tuple[float, float] | None = None  # [s] in which it may have come
 
     def among(self, share: Sequence[float]) -> Change:
         """The same, compared with its rivals.

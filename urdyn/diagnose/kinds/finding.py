@@ -41,6 +41,8 @@ class Finding:
     # could first be seen.
     older: bool = False
     gone: bool = False  # nothing is left of it: it was repaired, or passed
+    # [s] a minute or more without work, in which it may have come; None: none was near its onset
+    pause_s: tuple[float, float] | None = None
 
     @property
     def chance(self) -> float:

@@ -131,6 +131,7 @@ class Judge:
         if suspect.kind.of_tool:
             return self._loaded(state, alarm)
         change = alarm.change()
+        change = replace(change, pause=state.recall.pause(*change.began))
         if any(self._ends(state, alarm, fault) for fault in state.passed):
             return replace(state, passed=_latest(state.passed, (known_by(change),)), waited=0)
         rest = tuple(f for f in state.known if not self.of.each[f.suspect].part_of(suspect))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from urdyn.diagnose.slow import onsets
 from urdyn.diagnose.slow.ailing import Ailing
 from urdyn.diagnose.slow.fault import Fault
 from urdyn.diagnose.slow.onsets import Bank, Block
+from urdyn.io.clock import PAUSE
 from urdyn.types import Array
 
 KEPT = 48  # blocks
@@ -53,6 +55,15 @@ class Recall:
         """
         blocks = (b.bearing(more, since <= b.begin < until) for b in self.blocks)
         return replace(self, blocks=tuple(blocks))
+
+    def pause(self, since: float, until: float) -> tuple[float, float] | None:
+        """The longest pause that overlaps this interval, and in which a robot may have been off.
+
+        All in [s], a pause from the end of work to its begin.
+        """
+        rests = [(a.end, b.begin) for a, b in pairwise(self.blocks)]
+        off = [p for p in rests if p[1] - p[0] >= PAUSE and p[0] < until and since < p[1]]
+        return max(off, key=lambda pause: pause[1] - pause[0], default=None)
 
     def again(self, arm: Ailing, E: Array) -> Bank:
         """The bank of these blocks, in which the known faults may have changed the states."""
