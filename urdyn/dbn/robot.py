@@ -17,7 +17,7 @@ exactly at their first day's values.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -172,6 +172,13 @@ class RobotCurrents:
             return u.packed
         A, load = self._bodies((u.A[:, : self.places["m"].start],), now, now.instrument)
         return packed(A, u.side, load, u.rest, u.s, u.v, now.instrument)
+
+    def weight(self, u: RobotSlice, now: Instant) -> Array:
+        """The packed inputs of an arm that stands there without friction, (J, 2 c + 7)."""
+        nothing = np.zeros_like(now.v)
+        still = replace(now, v=nothing)
+        A, load = self._bodies((u.A[:, : self.places["k"].stop], nothing[:, None]), still, nothing)
+        return packed(A, nothing, load, nothing, nothing, nothing, nothing)
 
     def _felt(self, x: Array) -> Array:
         """States (..., n), with held ones replaced."""

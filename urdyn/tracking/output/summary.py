@@ -68,6 +68,7 @@ def quality(tracker: Tracker[S], source: Source, at: Checkpoint[S]) -> dict[str,
     counts = at.state.causal.refused, at.state.undrawn
     lacked = as_plain(at.losses, *counts, source.defects, at.index)
     return lacked | {
+        "undriven": lacked["undriven"] + int(at.state.hand.samples),
         "in_contact": lacked["in_contact"] + int(at.state.touched),
         "stuck": at.state.stuck.astype(int).tolist(),
         "frozen": _frozen(tracker, at),

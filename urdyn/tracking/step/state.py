@@ -10,9 +10,10 @@ from urdyn.estimate.protocol import S
 from urdyn.signal import CausalState
 from urdyn.tracking.belief.beliefs import shifted
 from urdyn.tracking.noise.colour import Colour, unlearnt
-from urdyn.tracking.step.abrupt_changes import Evidence
+from urdyn.tracking.step.abrupt_changes import Evidence, no_evidence
+from urdyn.tracking.step.hand_guiding import HandGuiding
 from urdyn.tracking.step.joint_motion import JointState
-from urdyn.tracking.step.past_beliefs import PastBeliefs
+from urdyn.tracking.step.past_beliefs import PastBeliefs, RollbackPoint
 from urdyn.tracking.step.payload_handling import ImplausibleLoads, Rest
 from urdyn.tracking.step.payload_hypotheses import PayloadHypotheses, no_hypotheses
 from urdyn.tracking.streams.stream import Heard
@@ -38,6 +39,7 @@ class TrackerState(Generic[S]):
     payload: Array  # (10,) approximate payload
     changed_drives: Mask  # (J,) drives that changed abruptly since commissioning
     stuck: Array  # (J,) number of currents left out, as they stayed the same while the joint slid
+    hand: HandGuiding[S]
     passed: float = 0.0  # [s] of the run
     moved: float = 0.0  # [s] of its motion
     rest: Rest = field(default_factory=Rest)  # the last one
@@ -54,6 +56,25 @@ def rolled_back(state: TrackerState[S]) -> TrackerState[S]:
     return replace(state, belief=before.belief, colour=unlearnt(state.colour, before.colour))
 
 
+def with_driven(state: TrackerState[S], hand: HandGuiding[S]) -> TrackerState[S]:
+    """The state as of when the arm last moved itself, in all that is learnt: a hand moves it."""
+    known = hand.driven.known
+    noise = unlearnt(state.colour, known.colour)
+    point = RollbackPoint(known.belief, noise)
+    return replace(
+        state,
+        belief=known.belief,
+        evidence=no_evidence(len(state.stuck)),
+        colour=noise,
+        payload=hand.driven.payload,
+        changed_drives=hand.driven.changed_drives,
+        widened=hand.driven.widened,
+        past=replace(state.past, rollback=point, next_rollback=point, marked=state.t),
+        load=no_hypotheses(),
+        hand=hand,
+    )
+
+
 def with_encoder_jump(
     state: TrackerState[S], filter_: Filter[S], zeros: slice, shift: Array
 ) -> TrackerState[S]:
@@ -62,7 +83,10 @@ def with_encoder_jump(
     def moved(belief: S) -> S:
         return shifted(filter_, belief, zeros, -shift)
 
-    return replace(state, belief=moved(state.belief), past=state.past.each(moved))
+    driven = state.hand.driven
+    known = replace(driven.known, belief=moved(driven.known.belief))
+    hand = replace(state.hand, driven=replace(driven, known=known))
+    return replace(state, belief=moved(state.belief), past=state.past.each(moved), hand=hand)
 
 
 def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S]:
@@ -79,6 +103,7 @@ def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S
         undrawn=state.undrawn,
         touched=state.touched,
         restarts=state.restarts,
+        hand=replace(first.hand, samples=state.hand.samples),
     )
 
 
@@ -99,4 +124,5 @@ def restarted(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S]
         load=first.load,
         past=PastBeliefs.only(known, state.t, state.passed, state.moved),
         restarts=state.restarts + 1,
+        hand=replace(first.hand, samples=state.hand.samples),
     )

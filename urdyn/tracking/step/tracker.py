@@ -29,6 +29,7 @@ from urdyn.tracking.noise.colour import Colour
 from urdyn.tracking.noise.robust_noise import without_robust_noise
 from urdyn.tracking.step.abrupt_changes import accumulated, no_evidence
 from urdyn.tracking.step.change_detection import ChangeDetector, Hypothesis
+from urdyn.tracking.step.hand_guiding import Driven, HandGuiding, HandTest
 from urdyn.tracking.step.joint_motion import (
     LONGEST,
     JointMotion,
@@ -38,7 +39,7 @@ from urdyn.tracking.step.joint_motion import (
 )
 from urdyn.tracking.step.past_beliefs import PastBeliefs, RollbackPoint
 from urdyn.tracking.step.payload_handling import ImplausibleLoads, Rest
-from urdyn.tracking.step.state import TrackerState, restarted, with_encoder_jump
+from urdyn.tracking.step.state import TrackerState, restarted, with_driven, with_encoder_jump
 from urdyn.tracking.step.wear_test import WearTest
 from urdyn.tracking.step.whitened_residuals import ResidualWhitener, WhitenedResiduals
 from urdyn.tracking.streams.stream import Heard, Moment, Stream, assimilated, first
@@ -122,6 +123,11 @@ class Tracker(Generic[S]):
         return ResidualWhitener(self.filter, self.model, self.currents, drive, self.period)
 
     @cached_property
+    def _hand(self) -> HandTest[S]:
+        """Tells whether a hand moves the arm."""
+        return HandTest(self.filter, self.currents)
+
+    @cached_property
     def _told(self) -> tuple[Index, ...]:
         """States that each stream measures: shared ones, and its own."""
         groups = {"": slice(0)} | self.currents.places
@@ -140,6 +146,9 @@ class Tracker(Generic[S]):
         belief, never = self.filter.init(self.model), -np.inf
         width = 2 * self.currents.rigid.stop + len(ROWS)
         noise = colour.first(self.fit.noise, width, self.period)
+        known = RollbackPoint(belief, noise)
+        payload = self.model.prior.mean[self.currents.places["payload"]]
+        unchanged = np.zeros(J, dtype=bool)
         return TrackerState(
             causal=self._causal.init(J),
             belief=belief,
@@ -151,11 +160,12 @@ class Tracker(Generic[S]):
             widened=never,
             colour=noise,
             variance_ratio=np.ones(J),
-            past=PastBeliefs.only(RollbackPoint(belief, noise), never, 0.0, 0.0),
+            past=PastBeliefs.only(known, never, 0.0, 0.0),
             heard=tuple(first(stream) for stream in self.streams),
-            payload=self.model.prior.mean[self.currents.places["payload"]],
-            changed_drives=np.zeros(J, dtype=bool),
+            payload=payload,
+            changed_drives=unchanged,
             stuck=np.zeros(J),
+            hand=HandGuiding(Driven(known, payload, unchanged, never)),
         )
 
     def step(
@@ -179,18 +189,28 @@ class Tracker(Generic[S]):
             state = replace(state, undrawn=state.undrawn + int(np.count_nonzero(wrong)))
         touching = self._touching(state, instant.t) and np.isfinite(instant.current).any()
         learnt = instant
-        if touching:
+        if touching or state.hand.going:
             learnt = replace(instant, current=np.full_like(instant.current, np.nan))
-            state = replace(state, touched=state.touched + 1)
+            state = replace(state, touched=state.touched + int(touching))
         state, reading = self._assimilate(state, causal, learnt)
         if touching:  # a push still shows; as where friction is unknown, nothing slow does
             reading = replace(reading, instant=instant, travelled=np.zeros_like(instant.q))
+        else:
+            state = self._led(state, instant, reading)
         return self._listened(state, reading) if self.streams else (state, reading)
 
     def _touching(self, state: TrackerState[S], t: float) -> bool:
         """Whether a stream has shown contact: then currents do not tell the arm."""
         pairs = zip(self.streams, state.heard, strict=True)
         return any(stream.touching(heard.state, t) for stream, heard in pairs)
+
+    def _led(self, state: TrackerState[S], now: Instant, reading: Reading) -> TrackerState[S]:
+        """The state after asking whether a hand moves the arm; if so, as before it did."""
+        known = RollbackPoint(state.belief, state.colour)
+        driven = Driven(known, state.payload, state.changed_drives, state.widened)
+        hand = self._hand.after(state.hand, now, reading, driven)
+        begins = hand.going and not state.hand.going
+        return with_driven(state, hand) if begins else changed(state, hand=hand)
 
     @property
     def enough(self) -> int:
