@@ -1,9 +1,11 @@
 """The controller's payload setting beside what is carried, hold by hold."""
 
 import numpy as np
+import pytest
+from scipy.special import bdtrc
 
 from urdyn.report.setting import set_to
-from urdyn.tracking.belief.payload_holds import SETTLED, SIDES, Hold, Holds
+from urdyn.tracking.belief.payload_holds import CHANCE, SETTLED, SIDES, Hold, Holds, by_chance
 from urdyn.tracking.belief.payload_setting import Setting, compared
 
 
@@ -63,3 +65,8 @@ def test_right_settings_are_hardly_ever_called_wrong_though_loads_are_known_too_
             holds = holds.after(Hold(9.0, 3.0 + off, 0.1), 3.0, 0.0)
             said += any(holds.plain(True)[side]["sure"] for side in SIDES)
     assert said == 0
+
+
+@pytest.mark.parametrize(("k", "n"), [(1, 1), (3, 4), (22, 200), (600, 9000)])
+def test_chance_is_that_of_a_binomial_tail(k, n):
+    assert by_chance(k, n) == pytest.approx(bdtrc(k - 1, n, CHANCE))

@@ -12,10 +12,10 @@ were off to the same side. Of three or four, three are enough.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import exp, lgamma, log, log1p
 from typing import Any
 
 import numpy as np
-from scipy.special import bdtrc
 
 from urdyn.types import Array, freeze
 
@@ -86,5 +86,15 @@ class Holds:
         if not count:
             return told
         setting, carried = (row[1:] / count).tolist()
-        sure = bool(bdtrc(count - 1, self.judged, CHANCE) < RARE)
+        sure = by_chance(count, self.judged) < RARE
         return told | {"set_kg": setting, "carried_kg": carried, "sure": sure}
+
+
+def by_chance(k: int, n: int) -> float:
+    """Probability that a right setting is off in k or more of n holds."""
+    # SciPy has it, but nothing else of SciPy is needed while tracking: 26 MB.
+    ways = lgamma(n + 1)
+    return sum(
+        exp(ways - lgamma(i + 1) - lgamma(n - i + 1) + i * log(CHANCE) + (n - i) * log1p(-CHANCE))
+        for i in range(k, n + 1)
+    )
