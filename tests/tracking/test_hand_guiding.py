@@ -7,11 +7,13 @@ from workshop import at_work, commissioned
 
 from urdyn.estimate import EKF
 from urdyn.signal import samples
+from urdyn.simulate import observe, to_and_fro, typical_sensors
 from urdyn.tracking import Tracker
 from urdyn.tracking.step.hand_guiding import SURE, log_odds
 
 RATE = 50.0  # [Hz]
 D = np.array([2.0, -1.5, 1.0, 0.5])  # [A]
+WEIGHT = np.array([3.0, -4.0, 0.0, 1.0])  # [A] the part that bears the arm
 NOISE = 0.02 * np.ones(4)  # [A²]
 
 
@@ -37,18 +39,30 @@ def tracked(log, fit):
 
 
 def test_currents_without_all_but_weight_are_of_a_hand():
-    assert (log_odds(-D, D, NOISE) > 0.5).all()
+    assert (log_odds(-D, D, WEIGHT, NOISE, may_be_dead=False) > 0.5).all()
+
+
+@pytest.mark.parametrize("joint", [0, 5])
+def test_a_dead_sensor_of_a_joint_that_bears_nothing_and_moves_alone_is_no_hand(joint):
+    dynamics, fit = commissioned(0)
+    motion = to_and_fro(dynamics.arm, joint, 4.0, RATE)
+    log = observe(dynamics, motion, typical_sensors(dynamics.arm), np.random.default_rng(4))
+    current = log.joint("actual_current").copy()
+    current[log.t > log.t[0] + 1.5, joint] = 0.0
+    _, state, turns = tracked(with_current(log, current), fit)
+    assert not turns and state.hand.odds < SURE
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.45, -0.5, -1.0, 3.0])
 def test_currents_that_lack_another_share_are_of_none(share):
     """Friction that fell or grew in all joints, or a push that did."""
-    assert log_odds(-share * D, D, NOISE).sum() < 0.0
+    assert log_odds(-share * D, D, WEIGHT, NOISE, may_be_dead=False).sum() < 0.0
 
 
 def test_a_sensor_at_fault_does_not_outvote_the_others():
     e = -np.append(np.repeat(D, 2), 100.0)
-    odds = log_odds(e, np.append(np.repeat(D, 2), 0.5), 0.02 * np.ones(9))
+    predicted, weight = np.append(np.repeat(D, 2), 0.5), 3.0 * np.ones(9)
+    odds = log_odds(e, predicted, weight, 0.02 * np.ones(9), may_be_dead=False)
     assert odds[-1] < 0.0 < odds.sum()
 
 

@@ -246,13 +246,14 @@ def test_the_payload_margin_ends_at_the_rating_where_drives_could_bear_more(rest
 def test_a_rating_leaves_what_is_not_carried_of_it():
     load = {"payload.mass": {"mean": 7.7, "sd": 0.2}}
     arm = load_arm("ur16e")
-    assert rest_of(arm, load) == (pytest.approx(8.3), 0.2)
+    assert rest_of(arm, load, True) == (pytest.approx(8.3), 0.2)
     longer = (
         load_arm("ur5e")
         .urdf.replace("-0.425 0 0", "-0.625 0 0")
         .replace('name="ur5e"', 'name="own"')
     )
-    assert rest_of(read_arm(longer), load)[0] == np.inf
+    assert rest_of(read_arm(longer), load, False)[0] == np.inf
+    assert np.isnan(rest_of(arm, load, False)).all()
 
 
 def workshop_names(tracker):

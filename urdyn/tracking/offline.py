@@ -42,7 +42,7 @@ class Tracked(Track):
     def quantities(self) -> dict[str, Any]:
         """Margins, power and predictive error, joint by joint, as `urdyn track --json` has them."""
         arm = self.tracker.fit.dynamics.arm
-        rest = rest_of(arm, self._load)
+        rest = rest_of(arm, self._load, self.payload_known)
         return as_plain(self.shown, arm.joint_names, rest)
 
     @property

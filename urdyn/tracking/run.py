@@ -267,7 +267,7 @@ class _Run(Generic[S]):
             filter=type(self.tracker.filter).__name__,
             mode=mode_of(self.tracker.filter),
             final=told,
-            quantities=interest.as_plain(at.interest, arm.joint_names, rest_of(arm, told)),
+            quantities=interest.as_plain(at.interest, arm.joint_names, rest_of(arm, told, known)),
             quality=quality(self.tracker, self.source, at),
             payload_changes=changes,
             payload_known=known,

@@ -39,13 +39,15 @@ def _carries(quantities: Mapping[str, Any]) -> str:
     """What more the arm could carry, and whether its joints or its rating end it."""
     margin, torque = quantities["payload_margin_kg"], _more(quantities["torque_payload_margin_kg"])
     joints = f"On these motions the joints could carry {torque} kg more"
-    if margin["by"] is None:
+    if margin["by"] is None or margin["sd"] is None:
         return "No motion has shown yet what more the arm could carry."
     if margin["by"] == "torque":
         return f"{joints}."
-    if margin["value"] < 0.0:
+    if margin["value"] < -NORMAL90 * margin["sd"]:
         over = interval90(-margin["value"], margin["sd"])
         return f"The arm carries {over} kg more than it is rated for."
+    if margin["value"] < 0.0:
+        return "By its rating the arm may carry no more."
     beyond = f" {joints}, which its maker does not allow." if torque else ""
     return f"By its rating the arm may carry {_more(margin)} kg more.{beyond}"
 

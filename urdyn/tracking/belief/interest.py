@@ -156,7 +156,7 @@ def as_plain(
     torque = _margin(interest.spare, interest.spare_sd)
     return {
         "joints": joints,
-        "payload_margin_kg": _least(torque, _margin(*rest)),
+        "payload_margin_kg": _least(torque, rest),
         "torque_payload_margin_kg": torque,
         "energy_J": float(interest.work.sum()),
         "friction_J": float(interest.lost.sum()),
@@ -167,13 +167,12 @@ def _margin(value: float, sd: float) -> dict[str, Any]:
     return {"value": plain(value), "sd": plain(sd)}
 
 
-def _least(torque: dict[str, Any], rating: dict[str, Any]) -> dict[str, Any]:
-    """The smaller of two margins, and `by` which of them it is; None where neither is known."""
-    told = {
-        name: m for name, m in (("torque", torque), ("rating", rating)) if m["value"] is not None
-    }
-    if not told:
-        return torque | {"by": None}
+def _least(torque: dict[str, Any], rest: tuple[float, float]) -> dict[str, Any]:
+    """The smaller of two margins, and `by` which of them it is; None where it is not known."""
+    margins = {"torque": torque, "rating": _margin(*rest)}
+    told = {name: margin for name, margin in margins.items() if margin["value"] is not None}
+    if not told or np.isnan(rest[0]):  # what is left of a rating that binds is not known
+        return _margin(np.nan, np.nan) | {"by": None}
     by = min(told, key=lambda name: told[name]["value"])
     return told[by] | {"by": by}
 

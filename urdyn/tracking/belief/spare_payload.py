@@ -22,12 +22,15 @@ from urdyn.tracking.belief.physical import PAYLOAD, Quantities
 from urdyn.tracking.belief.reading import Reading
 
 
-def rest_of(arm: Arm, final: Mapping[str, Any]) -> tuple[float, float]:
+def rest_of(arm: Arm, final: Mapping[str, Any], known: bool) -> tuple[float, float]:
     """What an arm's rating leaves beside its load, and its sd [kg]; inf where it has none.
 
     Args:
         final: quantities as in a summary.
+        known: whether motion has told the load; else both are NaN.
     """
+    if not known and np.isfinite(rated_payload(arm)):
+        return np.nan, np.nan
     load = final["payload.mass"]
     return rated_payload(arm) - load["mean"], load["sd"]
 

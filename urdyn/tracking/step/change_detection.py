@@ -226,8 +226,9 @@ class ChangeDetector(Generic[S]):
         weighed = change is not None and change.weighed
         # Evidence soon after a change was reported is of the same change.
         told = weighed or (before.told and not phase.sets_off and state.rest.just(state.t))
-        # Just after a rest, the change is told against what was carried before it.
-        since = start if change is not None and not weighed and state.rest.just(state.t) else state
+        # Just after a rest, the change is told against what was carried before it, if known.
+        rests = change is not None and not weighed and state.rest.just(state.t)
+        since = start if rests and self._payload(start.belief)[1][0] < KNOWN else state
         return self.payload_belief.begun(since, payload, 0.0 if weighed else CHANGE, told)
 
     def _detected(

@@ -4,12 +4,14 @@ Drives then bear the arm's weight and no more: what the current of a joint that 
 the predicted part that is not weight. With V the variance of noise and of what friction may be by
 itself, what the prediction leaves is
 
-    hand:  e ~ N(-D, V)        drive:  e ~ N(0, V)        else:  e ~ N(0, V + (REACH D)²)
+    hand:   e ~ N(-D, V)       drive:  e ~ N(0, V)
+    dead:   e ~ N(-D - B, R)   else:   e ~ N(0, V + (REACH D)²)
 
-where `else` is whatever else happens to an arm: a push, a piece, a fault. A joint speaks for a hand
-as far as that is likelier than both, and never much against it, for its sensor may be at fault. The
-log odds of all joints that slide add up from look to look, between 0 and SURE [Page1954]_. At SURE
-a hand moves the arm, until they are 0.
+where B is the weight's part and R the noise's variance: a dead sensor reads 0, as by a hand where a
+joint bears nothing, so one sensor at most may be dead. `else` is whatever else happens to an arm: a
+push, a piece, a fault. A joint speaks for a hand as far as that is likelier than all others, and
+never much against it, for its sensor may be at fault. The log odds of all joints that slide add up
+from look to look, between 0 and SURE [Page1954]_. At SURE a hand moves the arm, until they are 0.
 
 The prediction is by what was believed when the arm last surely moved itself: within tenths of a
 second a filter learns that joints have lost their friction.
@@ -75,7 +77,9 @@ class HandTest(Generic[S]):
         Args:
             driven: what is believed by now.
         """
-        if hand.going:
+        if (
+            hand.going and np.isfinite(now.current).any()
+        ):  # others are left out, and counted, anyway
             hand = changed(hand, samples=hand.samples + 1)
         if 0.0 <= now.t - hand.looked < LOOK:
             return hand
@@ -99,21 +103,29 @@ class HandTest(Generic[S]):
         borne = np.vecdot(per_unit, self.currents.weight(u, now))
         noise = known.colour.alike[0] + u.unknown
         e, D = now.current - driven, driven - borne
-        return float(log_odds(e[slides], D[slides], noise[slides]).sum())
+        of_each = tuple(of[slides] for of in (e, D, borne, noise))
+        each = log_odds(*of_each, may_be_dead=False)
+        # One joint's sensor may be dead.
+        less = log_odds(*of_each, may_be_dead=True) - each
+        return float(each.sum() + less.min())
 
 
-def log_odds(e: Array, D: Array, noise: Array) -> Array:
+def log_odds(e: Array, D: Array, borne: Array, noise: Array, *, may_be_dead: bool) -> Array:
     """Of a hand against all else, joint by joint, (J,) [nats].
 
     Args:
         e: measured minus predicted currents, (J,) [A].
         D: predicted ones, without the part that bears the arm's weight, (J,) [A].
+        borne: that part, (J,) [A].
         noise: variance, (J,) [A²].
     """
     V = noise + (LIKE * D) ** 2
     anything = _log_density(e, V + (REACH * D) ** 2)
     hand = np.logaddexp(_log_density(e + D, V), np.log(SPOILT) + anything)
-    return np.asarray(hand - np.maximum(_log_density(e, V), anything))
+    against = np.maximum(_log_density(e, V), anything)
+    if may_be_dead:
+        against = np.maximum(against, _log_density(e + D + borne, noise))
+    return np.asarray(hand - against)
 
 
 def _log_density(e: Array, V: Array) -> Array:

@@ -124,5 +124,9 @@ def restarted(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S]
         load=first.load,
         past=PastBeliefs.only(known, state.t, state.passed, state.moved),
         restarts=state.restarts + 1,
-        hand=replace(first.hand, samples=state.hand.samples),
+        hand=replace(
+            first.hand,
+            driven=replace(first.hand.driven, widened=state.t),
+            samples=state.hand.samples,
+        ),
     )

@@ -282,6 +282,7 @@ class Tracker(Generic[S]):
                 changed_at=-np.inf,
                 widened=-np.inf,
                 past=replace(state.past, marked=-np.inf),
+                hand=replace(state.hand, driven=replace(state.hand.driven, widened=-np.inf)),
                 rest=Rest(),
                 implausible=ImplausibleLoads(),
                 joints=long_ago(state.joints),
