@@ -70,6 +70,8 @@ def summed(done: list[Trial], kinds: Kinds) -> str:
 
 def _timed(done: list[Trial]) -> str:
     timed = [held for t in done for held in t.timed]
+    if not timed:
+        return "no onset to compare"
     return f"{sum(timed)} of {len(timed)} onsets are within their 90 % intervals"
 
 

@@ -57,4 +57,6 @@ def timed(change: Change, joint: int | None, findings: Sequence[Finding]) -> Cha
         return change
     push = min(felt, key=lambda f: f.onset_s)
     first, last = push.onset_interval_s
-    return replace(change, onset=push.onset_s, began=(min(change.began[0], first), last))
+    began = (min(change.began[0], first), last)
+    pause = change.pause if change.pause and change.pause[0] < last else None
+    return replace(change, onset=push.onset_s, began=began, pause=pause)

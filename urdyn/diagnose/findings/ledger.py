@@ -182,6 +182,7 @@ def entered(book: Findings, new: Sequence[Finding]) -> tuple[Findings, list[Find
                 finding,
                 onset_s=first.onset_s,
                 onset_interval_s=first.onset_interval_s,
+                pause_s=first.pause_s,
                 alarm_s=old.alarm_s,
             )
         findings[finding.id] = finding

@@ -240,7 +240,8 @@ class Slow:
         if gathering.laden:
             usual = gathering.unladen
             bare = self._block_of(state, usual.A, usual.b, np.zeros_like(hidden))
-            block = replace(block, unladen=bare)
+            # What its moments tell without that load is not kept: taken to be even over it.
+            block = replace(block, unladen=replace(bare, since=None))
         block = arm.leaping(block)
         window = arm.straying.window
         learnt = self.learning.after(state.learnt, gathering.A, gathering.b, supposed, window)
